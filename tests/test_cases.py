@@ -13,13 +13,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import yaml
 from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.resources import resource_dir
+from tests.app.cli.conftest import halve, halve_cameras, loaded
 from vision.cameras.images import read_picture
 from vision.extraction.extract import Extraction, extract
 
+__all__ = ["loaded"]  # a fixture
 pytestmark = pytest.mark.data
 
 
@@ -32,10 +35,10 @@ class Said(NamedTuple):
 
 
 class Case:
-    """The folder of a case, a store of its own, and the commands as a user gives them."""
+    """The folder of a case, a store of its own, one that has the bulkhead, and the commands as a user gives them."""
 
-    def __init__(self, folder: Path, store: Path, capsys: pytest.CaptureFixture[str]) -> None:
-        self.folder, self.store, self._capsys = folder, store, capsys
+    def __init__(self, folder: Path, store: Path, bulkhead: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        self.folder, self.store, self.bulkhead, self._capsys = folder, store, bulkhead, capsys
 
     def run(self, verb: str, *arguments: object) -> Said:
         self._capsys.readouterr()
@@ -118,24 +121,31 @@ DEMO = resource_dir("demo")
 
 def stand_in_cell(case: Case) -> list[str]:
     """The store has the demonstration's bulkhead where it stands; gives the options of an inspection there."""
-    said = case.run("load", DEMO / "bulkhead_A.step.gz", "--object", "bulkhead", "--variant", "A")
-    assert (said.status, case.run("world", DEMO / "world.yaml").status) == (0, 0)
+    shutil.copy(case.bulkhead, case.store)
+    assert case.run("world", DEMO / "world.yaml").status == 0
     return ["--format", "json", "--quiet"]
 
 
 def rigs_that_lie(case: Case) -> None:
-    """What is wrong is said, with its cure, instead of asking for a prior; `rig check` says the same."""
+    """What is wrong is said, with its cure, instead of asking for a prior; `rig check` says the same: but for
+    a focal length, of pictures and rigs of half the size."""
     options = stand_in_cell(case)
-    pictures = [f"{name}={DEMO / f'pair_00_{name}.png'}" for name in ("left", "right")]
+    whole = [f"{name}={DEMO / f'pair_00_{name}.png'}" for name in ("left", "right")]
+    halved = halve("pair_00", case.folder).options(rig=None, prior=None)
+    for name in ("inverse", "swapnames"):
+        file = case.folder / f"rig_{name}.yaml"
+        rig = yaml.safe_load(file.read_text())
+        halve_cameras(rig)
+        file.write_text(yaml.safe_dump(rig))
     cures = {
         "rig_f2pc": "with a focal length of right 2.0% greater: is its picture scaled or cropped?",
         "rig_inverse": "if its poses are camera_from_rig: invert them",
         "rig_swapnames": "if left and right are each other's: exchange their pictures, or their names in the file",
     }
     for name, cure in cures.items():
-        said = case.run("rig", "check", case.folder / f"{name}.yaml", *pictures)
+        said = case.run("rig", "check", case.folder / f"{name}.yaml", *(whole if name == "rig_f2pc" else halved))
         assert (said.status, cure in said.out) == (1, True), said
-    said = case.run("inspect", *pictures, "--rig", case.folder / "rig_inverse.yaml", *options)
+    said = case.run("inspect", *halved, "--rig", case.folder / "rig_inverse.yaml", *options)
     answer = json.loads(said.out)
     assert (said.status, answer["verdict"], answer["outcome"]["cause"]) == (1, "refused", "calibration")
     assert cures["rig_inverse"] in answer["reason"]
@@ -172,6 +182,7 @@ def test_case(
     name: str,
     data_dir: Path,
     duckdb_file: Path,
+    loaded: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -184,4 +195,4 @@ def test_case(
 
     monkeypatch.setattr("vision.inspection.pictures.extract", extract_once)
     folder = shutil.copytree(data_dir / "cases" / name, tmp_path / "case")
-    CHECKS[name](Case(folder, duckdb_file, capsys))
+    CHECKS[name](Case(folder, duckdb_file, loaded, capsys))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +14,17 @@ from relmodel.find.volumes import Frustum
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world.kinematics import mounted_rig
+from tests.app.cli.conftest import loaded
 from vision.cameras.files import read_rig
+
+__all__ = ["loaded"]  # a fixture
 
 
 @pytest.mark.usefixtures("reads_here")
-def test_the_cell_loads_and_its_arms_see_the_bulkhead(tmp_path: Path) -> None:
+def test_the_cell_loads_and_its_arms_see_the_bulkhead(loaded: Path, tmp_path: Path) -> None:
+    """Into a store that has the bulkhead already, which is not loaded again."""
     pytest.importorskip("OCP")
-    target = str(tmp_path / "cell.duckdb")
+    target = str(shutil.copy(loaded, tmp_path / "cell.duckdb"))
     assert load_cell(target) == 0
     cameras = read_rig(HERE / "stereo_head.yaml")
     with Store.open(target, read_only=True) as store:

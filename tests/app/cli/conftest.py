@@ -22,13 +22,19 @@ from PIL import Image
 import vision.inspection
 from relmodel.app.cli.main import main
 from relmodel.app.cli.verbs.inspect import print_answer
+from relmodel.model.model import Assembly, Instance, Model, Part
+from relmodel.readers.urdf import primitive
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.variants.compare import compare
+from relmodel.world import place_world
 from tests.app.cli.slider import TRAVEL, write_world
 from tests.conftest import run_as_owner
 from tests.given import CopyStore, MakeOnce, NewStore
-from tests.reading import load
+from tests.reading import load, store_model
+from tests.synthetic_model import write_world as world_file
+from tests.vision.localisation.scenes import above, block_boxes, blocks, picture, stereo_rig
+from vision.cameras.cameras import Camera, perturb
 from vision.inspection import Inspection as Answer
 from vision.inspection.demonstration import PoseError, measure_pose_error, read_truth
 
@@ -66,24 +72,67 @@ def other_pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
     return halve("pair_04", tmp_path_factory.mktemp("pair"))
 
 
+def halve_cameras(rig: dict[str, Any]) -> None:
+    for camera in rig["cameras"].values():
+        camera["width"], camera["height"] = camera["width"] // 2, camera["height"] // 2
+        for row in (0, 1):
+            camera["matrix"][row][row] /= 2
+            camera["matrix"][row][2] = (camera["matrix"][row][2] - 0.5) / 2
+
+
 def halve(stem: str, folder: Path) -> Pair:
     """A pair of the demonstration, two by two pixels in one: centres (0, 0) and (1, 1) meet at (0, 0).  Its rig is
     said to be exact, as what is rendered is."""
     rig = yaml.safe_load((DEMO / f"{stem}_rig.yaml").read_text())
     del rig["sigma"]
+    halve_cameras(rig)
     for name, camera in rig["cameras"].items():
         camera["sigma"] = {"centre_px": 0}
         with Image.open(DEMO / f"{stem}_{name}.png") as picture:
-            half = picture.reduce(2)
-        half.save(folder / f"{name}.png")
-        camera["width"], camera["height"] = half.size
-        for row in (0, 1):
-            camera["matrix"][row][row] /= 2
-            camera["matrix"][row][2] = (camera["matrix"][row][2] - 0.5) / 2
+            picture.reduce(2).save(folder / f"{name}.png")
     (folder / "rig.yaml").write_text(yaml.safe_dump(rig))
     prior_file = DEMO / f"{stem}_prior.yaml"
     prior = yaml.safe_load(prior_file.read_text())
     return Pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", prior_file, rig, prior)
+
+
+@pytest.fixture(scope="session")
+def blocks_pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
+    """Blocks on a plate by two cameras of 320 x 240: where it does not matter what is seen, in less than half the time
+    of the bulkhead."""
+    folder, stereo = tmp_path_factory.mktemp("blocks"), stereo_rig()
+    rig: dict[str, Any] = {"cameras": {}}
+    for name, camera in stereo.cameras.items():
+        half = np.diag([0.5, 0.5, 1]) @ (camera.matrix - [[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
+        placed = stereo.rig_from_camera[name]
+        rig["cameras"][name] = {"width": 320, "height": 240, "matrix": half.tolist(), "sigma": {"centre_px": 0}}
+        rig["cameras"][name]["rig_from_camera"] = placed.tolist()
+        seen = picture(blocks(), Camera(320, 240, half), above(0, 0, 520) @ placed, 1)
+        Image.fromarray(seen).save(folder / f"{name}.png")
+    stated = perturb(above(0, 0, 520), np.random.default_rng(1).normal(size=6) * np.repeat([2, np.radians(0.2)], 3))
+    prior = {"world_from_rig": stated.tolist(), "sigma": {"translation_mm": 2.0, "rotation_deg": 0.2}}
+    (folder / "rig.yaml").write_text(yaml.safe_dump(rig))
+    (folder / "prior.yaml").write_text(yaml.safe_dump(prior))
+    return Pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", folder / "prior.yaml", rig, prior)
+
+
+@pytest.fixture(scope="session")
+def blocks_template(duckdb_template: Path, make_once: MakeOnce) -> Path:
+    """A DuckDB store in which these blocks stand where they were drawn, to be copied."""
+
+    def fill(folder: Path) -> None:
+        boxes, target = block_boxes(), copied(duckdb_template)(folder)
+        placed = [perturb(np.eye(4), np.array([*(low + size / 2), 0, 0, 0])) for low, size in boxes]
+        root = Assembly("blocks", tuple(Instance(f"block {k}", "part", k, pose) for k, pose in enumerate(placed)))
+        shapes = tuple(primitive("box", *size) for _, size in boxes)
+        parts = tuple(Part(f"B-{k}", f"block {k}", k) for k in range(len(boxes)))
+        with Store.open(target) as store:
+            store_model(
+                store, Model("STEP", "mm", 1.0, shapes, parts, (root,), 0, len(parts), "test", "AP242"), "blocks"
+            )
+            place_world(store, world_file(folder / "world.yaml", "table", [{"object": "blocks"}]))
+
+    return make_once("blocks", fill) / "cell.duckdb"
 
 
 def load_bulkhead(target: str | Path, variant: str = "A") -> None:

@@ -46,7 +46,7 @@ def held(both_loaded: Path, pair: Pair, other_pair: Pair, make_once: MakeOnce) -
             for name in ("flange", "twin"):
                 load(opened, folder / "flange.step", name=name)
         answers = {
-            "B": inspected(store, *other_pair.options(prior=None), "--against", "flange,bulkhead"),
+            "B": inspected(store, *other_pair.options(prior=None, right=None), "--against", "flange,bulkhead"),
             "foreign": inspected(store, *pair.options(prior=None, right=None), "--against", "flange"),
         }
         (folder / "answers.json").write_text(json.dumps(answers))

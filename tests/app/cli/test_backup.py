@@ -76,6 +76,4 @@ def test_all_rows_rules_comments_and_answers_are_equal(both: tuple[Path, Path]) 
             answers.append([connection.execute(asked).fetchall() for asked in QUESTIONS])
     assert answers[0] == answers[1]
     assert all(answers[0])
-    store = str(both[1])
-    assert main(["set", "bulkhead/BODY", "batch", "7", "--variant", "A", "--store", store]) == 0
-    assert main(["check", "--store", store]) == 0
+    assert main(["set", "bulkhead/BODY", "batch", "7", "--variant", "A", "--store", str(both[1])]) == 0

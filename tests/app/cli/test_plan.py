@@ -38,7 +38,7 @@ def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
 
     with Store.open(target) as store:
         stop(store, [(path.partition("/")[2], "confirmed", 9.0) for path in checked[:20]])
-    assert main([*call, "--serial", "SN1", "--out", str(tmp_path / "next")]) == 0
+    assert main([*call, "--serial", "SN1", "--views", "2", "--out", str(tmp_path / "next")]) == 0
     rest = json.loads(capsys.readouterr().out)
     assert rest["left"] == whole["left"] - 20
     assert not set(checked[:20]) & {path for view in rest["views"] for path in view["checks"]}
@@ -55,7 +55,7 @@ def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
         np.testing.assert_allclose(stand.world_from_rig, view["world_from_rig"])  # type: ignore[arg-type]
 
     with relmodel.open(target) as python:
-        planned = python.plan(rig=pair.rig_file, serial="SN1", out=tmp_path / "python")
+        planned = python.plan(rig=pair.rig_file, serial="SN1", views=2, out=tmp_path / "python")
     assert planned.to_json() == rest
     for file in (tmp_path / "next").iterdir():
         assert (tmp_path / "python" / file.name).read_text() == file.read_text()

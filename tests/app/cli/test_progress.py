@@ -23,7 +23,7 @@ from relmodel.app.cli.main import main
 from relmodel.app.cli.progress import Watch
 from relmodel.progress import Progress
 from relmodel.store import Store, engine
-from tests.app.cli.conftest import Inspection, Pair
+from tests.app.cli.conftest import Pair, asked
 from tests.given import Capsys
 from tests.holding import Holder, held
 from vision.extraction.extract import extract
@@ -209,15 +209,15 @@ def interrupted_when(ready: Callable[[], bool], words: list[str]) -> None:
 
 
 def test_an_interrupted_inspection_keeps_what_its_pictures_show(
-    bulkhead_template: Path, pair: Pair, tmp_path: Path
+    blocks_template: Path, blocks_pair: Pair, tmp_path: Path
 ) -> None:
     """Sent once the run has committed twice, that it began and what its pictures show: which is kept, and says nothing
     of the model."""
     store, journal = tmp_path / "cell.duckdb", tmp_path / "cell.duckdb.journal"
-    shutil.copy(bulkhead_template, store)
-    shutil.copy(f"{bulkhead_template}.journal", journal)
+    shutil.copy(blocks_template, store)
+    shutil.copy(f"{blocks_template}.journal", journal)
     was, lines = content(store), len(journal.read_bytes().splitlines())
-    words = ["inspect", *pair.options(), "--store", str(store)]
+    words = ["inspect", *blocks_pair.options(), "--store", str(store)]
     interrupted_when(lambda: len(journal.read_bytes().splitlines()) >= lines + 2, words)
     now = content(store)
     changed = {name for name in now if now[name] != was[name]}
@@ -233,47 +233,48 @@ def test_an_interrupted_inspection_keeps_what_its_pictures_show(
 RUNS = "SELECT count(*) FROM run"
 
 
-@pytest.fixture
-def store(bulkhead_template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """A copy of the store in which the bulkhead is placed; nobody waits for who reads it."""
-    monkeypatch.setattr(engine, "READERS_S", 0.0)
-    shutil.copy(f"{bulkhead_template}.journal", tmp_path / "cell.duckdb.journal")
-    return str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
-
-
 def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
-    store: str, pair: Pair, inspection: Inspection, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+    blocks_template: Path, blocks_pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     """A reader sees what was there when it came; what a writer keeps from being recorded is kept, and recorded by the
     next command that writes: all rows are those of an inspection that nobody hindered."""
-    held, one_at_a_time = list[Holder](), Lock()
+    held, one_at_a_time, call = list[Holder](), Lock(), ["inspect", *blocks_pair.options(right=None), "--match"]
+    free, store = ((tmp_path / name / "cell.duckdb") for name in ("free", "held"))
+    for folder in (free.parent, store.parent):
+        folder.mkdir()
+        for suffix in ("", ".journal"):
+            shutil.copy(f"{blocks_template}{suffix}", folder / f"cell.duckdb{suffix}")
+    assert main([*call, "--store", str(free)]) == 0
+    run = asked(free, "SELECT max(id) FROM run")[0][0]
+    capsys.readouterr()
 
     def read_and_extract(*given: Any) -> Any:
         with one_at_a_time:
             if not held:
-                held.append(Holder(store, read_only=True))
+                held.append(Holder(str(store), read_only=True))
         return extract(*given)
 
     def hold_and_assess(*given: Any) -> Any:
-        assert held[0].ask(RUNS) == f"[({inspection.answer['run']},)]"
+        assert held[0].ask(RUNS) == f"[({run},)]"
         held[0].let_go()
-        held.append(Holder(store, read_only=False))
+        held.append(Holder(str(store), read_only=False))
         return assess(*given)
 
     monkeypatch.setattr("vision.inspection.pictures.extract", read_and_extract)
     monkeypatch.setattr("vision.inspection.inspection.assess", hold_and_assess)
+    monkeypatch.setattr(engine, "READERS_S", 0.0)  # nobody waits for who reads it
     monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
-    status = main(["inspect", *pair.options(), "--match", "--store", store])
+    status = main([*call, "--store", str(store)])
     _, writer = held
     writer.let_go()
     assert status == 3
     said = capsys.readouterr().err
     assert f"in use by process {writer.pid}" in said
-    assert f"is kept in {store}.kept-{inspection.answer['run']}" in said
+    assert f"is kept in {store}.kept-{run}" in said
     Store.open(store).close()
-    assert rows(store) == rows(inspection.store)
-    assert main(["check", "--store", store]) == 0
-    assert {path.name for path in Path(store).parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}
+    assert rows(store) == rows(free)
+    assert main(["check", "--store", str(store)]) == 0
+    assert {path.name for path in store.parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}
 
 
 @pytest.mark.usefixtures("reads_here")

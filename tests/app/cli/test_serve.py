@@ -199,7 +199,6 @@ def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_
         assert asked(started, "/part", serial="none")[0] == 400
 
 
-@on_both
 def test_two_runs_stand_side_by_side(server: Server) -> None:
     (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
     differences = rows(server, "/compare", a="1", b=str(run))
@@ -274,14 +273,14 @@ def json_of(value: Any) -> Any:
 
 def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> None:
     assert len(rows(server, "/questions")) == len(question_names()) >= 30
-    for name in question_names():
-        question = read_question(name)
+    with_parameters = [(name, it) for name in question_names() if (it := read_question(name)).defaults]
+    assert len(with_parameters) >= 15
+    for name, question in with_parameters:
         with Store.open(server.target, read_only=True) as store, store.read() as connection:
             written = (resource_dir("queries") / f"examples/{name}.sql").read_text()
             expected = connection.execute(sa.text(written)).all()
             bound = connection.execute(question.query, question.defaults).all()
         assert bound == expected, name
-    assert sum(bool(read_question(name).defaults) for name in question_names()) >= 15
     thin, all_ribs = rows(server, "/question/thin_ribs"), rows(server, "/question/thin_ribs", thickness="1e3")
     assert 0 < len(thin) < len(all_ribs)
     assert all(r["thickness"] < 6.2 for r in thin)
@@ -373,9 +372,9 @@ def test_a_statement_is_answered_within_the_limits_of_sql(server: Server, monkey
         assert (status, "the statement was refused" in Page(text).text) == (400, True), bad
     monkeypatch.setattr("relmodel.app.serve.pages.MOST_ROWS", 2)
     assert "more than 2 rows" in asked(server, "/questions.csv", query="VALUES (1), (2), (3)")[2]
-    monkeypatch.setattr(server, "time_limit_s", 1.0)
+    monkeypatch.setattr(server, "time_limit_s", 0.2)
     status, _, text = asked(server, "/questions.json", query=LONG["duckdb"])
-    assert (status, "stopped after 1 s" in Page(text).text) == (504, True)
+    assert (status, "stopped after 0.2 s" in Page(text).text) == (504, True)
 
 
 def test_questions_are_about_the_object_at_hand(server: Server) -> None:

@@ -8,6 +8,7 @@ import json
 import shutil
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -127,22 +128,22 @@ def test_sql_reads_stdin(asked_store: str, capsys: Capsys, monkeypatch: pytest.M
 UNHEEDING = "SELECT sum(levenshtein(repeat('a', 4000000 + i::INT), repeat('b', 4000000))) FROM range(9) AS t(i)"
 
 
-@pytest.mark.parametrize(
-    "statement", ["SELECT repeat('x', 50) FROM range(20000)", UNHEEDING], ids=["unread", "unheeded"]
-)
-def test_sql_ends_at_its_limit(statement: str, duckdb_file: Path) -> None:
+def test_sql_ends_at_its_limit(duckdb_file: Path) -> None:
     """Though nobody reads what it prints, which is more than a pipe holds, or the database does not heed it."""
     before = duckdb_file.read_bytes()
-    command = [sys.executable, "-m", "relmodel", "sql", "--timeout", "1", "--store", str(duckdb_file), statement]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        try:
+    command = [sys.executable, "-m", "relmodel", "sql", "--timeout", "1", "--store", str(duckdb_file)]
+    with ExitStack() as stack:
+        processes = []
+        for statement in ("SELECT repeat('x', 50) FROM range(20000)", UNHEEDING):
+            started = subprocess.Popen([*command, statement], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            processes.append(stack.enter_context(started))
+            stack.callback(started.kill)
+        for process in processes:
             assert process.wait(60) == 3
-        finally:
-            process.kill()
-        assert process.stderr is not None
-        assert process.stderr.read() == (
-            "relmodel sql: the statement was stopped after 1 s: ask for less, or give it more time\n"
-        )
+            assert process.stderr is not None
+            assert process.stderr.read() == (
+                "relmodel sql: the statement was stopped after 1 s: ask for less, or give it more time\n"
+            )
     assert duckdb_file.read_bytes() == before
 
 

@@ -72,15 +72,19 @@ def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
     )
 
 
-def blocks() -> Scene:
-    """A plate with unlike blocks on it: no repetition."""
+def block_boxes() -> list[tuple[Floats, Floats]]:
+    """A plate with unlike blocks on it: no repetition; the lowest corner and the size of each, mm."""
     boxes = [(np.array([-220.0, -160, -20]), np.array([440.0, 320, 20]))]
     rng = np.random.default_rng(4)
     for x in (-180, -60, 70):
         for y in (-130, -20, 80):
             low = np.array([x, y, 0.0]) + np.append(rng.uniform(0, 25, 2), 0)
             boxes.append((low, rng.uniform([40, 30, 15], [80, 60, 50])))
-    return box_scene(boxes)
+    return boxes
+
+
+def blocks() -> Scene:
+    return box_scene(block_boxes())
 
 
 def endless_blocks(pitch: float) -> Scene:
