@@ -210,10 +210,10 @@ def rolled(shape: Any) -> Any:
 def test_features_of_parts_of_known_operations(make: Callable[[int], Part], seed: int) -> None:
     """All of them and no others, also where they cut one another; and the same of the part rolled over, with its
     frames and boxes."""
-    scores = score(make, [seed])
+    part = make(seed)
+    found, again = (recognise(step_shape.extract(shape)) for shape in (part.body, rolled(part.body)))
+    scores = score(seed, part, found)
     assert (scores.missed, scores.false) == ([], [])
-    body = make(seed).body
-    found, again = (recognise(step_shape.extract(shape)) for shape in (body, rolled(body)))
     assert len(found) == len(again)
     for one, two in zip(found, again, strict=True):
         assert (one.kind, one.name, one.surfaces) == (two.kind, two.name, two.surfaces)

@@ -7,6 +7,7 @@ import os
 import shutil
 import signal
 import subprocess
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from datetime import UTC, datetime
 from pathlib import Path
@@ -216,9 +217,8 @@ class TestTriedAgain:
     """On PostgreSQL; a file has one writer."""
 
     @pytest.fixture
-    def target(self, postgresql_url: str) -> str:
-        Store.create(postgresql_url).close()
-        return postgresql_url
+    def target(self, new_store: Callable[[str], str]) -> str:
+        return new_store("postgresql")
 
     def test_what_is_refused_for_serialisation(self, target: str) -> None:
         make_serialisable(target)
