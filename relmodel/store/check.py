@@ -130,13 +130,16 @@ def _unreadable(store: Store) -> list[dict[str, Any]]:
     with store.read() as connection:
         names = sorted(sa.inspect(connection).get_table_names())
 
-    def read(name: str, connection: Connection) -> list[dict[str, Any]]:
+    def read(names: list[str], connection: Connection) -> list[dict[str, Any]]:
         row: sa.ColumnElement[Any] = sa.literal_column("t")
         number = sa.func.hash(row) if store.dialect == "duckdb" else sa.func.hashtextextended(sa.cast(row, sa.Text), 0)
-        connection.execute(sa.select(sa.func.bit_xor(number)).select_from(sa.table(name).alias("t"))).all()
+        whole = sa.select(sa.func.bit_xor(number))
+        connection.execute(sa.union_all(*(whole.select_from(sa.table(name).alias("t")) for name in names))).all()
         return []
 
-    return [{"relation": name, **row} for name in names for row in _found(store, partial(read, name))]
+    if not _found(store, partial(read, names)):
+        return []
+    return [{"relation": name, **row} for name in names for row in _found(store, partial(read, [name]))]
 
 
 def _offending(store: Store, connection: Connection, name: str) -> list[dict[str, Any]]:
