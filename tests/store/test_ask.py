@@ -69,10 +69,15 @@ NO_POSTGRESQL_QUERIES = (
 )
 
 
-@pytest.fixture
-def asked(fresh_store: str) -> Iterator[Store]:
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def reader(request: pytest.FixtureRequest, new_store: Callable[[str], str]) -> str:
     """A store that is asked as the documentation says: on PostgreSQL by a role that only reads."""
-    with Store.open(make_reader(fresh_store), read_only=True) as store:
+    return make_reader(new_store(request.param))
+
+
+@pytest.fixture
+def asked(reader: str) -> Iterator[Store]:
+    with Store.open(reader, read_only=True) as store:
         yield store
 
 
