@@ -140,13 +140,8 @@ def test_worlds_side_by_side_and_bad_calls(fresh_store: str, tmp_path: Path) -> 
     assert main([*command, str(tmp_path / "one/object_page/mine.parquet")]) == 2
     assert main([*command, str(tmp_path / "third"), "--world", "third"]) == 2
     assert not (tmp_path / "third").exists()
-    for wrong in (
-        ["thing"],
-        ["-o", "x.glb"],
-        ["thing", "-o", "x", "--parquet", "y"],
-        ["thing", "-o", "x", "--world", "w"],
-    ):
-        assert main(["export", *wrong, "--store", fresh_store]) == 2
+    for wrong in ("thing", "-o x.glb", "thing -o x --parquet y", "thing -o x --world w"):
+        assert main(["export", *wrong.split(), "--store", fresh_store]) == 2
 
 
 def test_stores_side_by_side(duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -188,15 +188,8 @@ def refuse_once(url: str, run: Run, tries: list[int]) -> Any:
 
 def add_source(store: Store) -> None:
     with store.write() as connection:
-        row: dict[str, Any] = {
-            "id": [1],
-            "file_name": "f",
-            "sha256": "0",
-            "format": "step",
-            "unit": "mm",
-            "unit_mm": 1.0,
-        }
-        store.append(connection, "source", row | {"loader_version": "1"})
+        row: dict[str, Any] = dict.fromkeys(("file_name", "sha256", "format", "unit", "loader_version"), "any")
+        store.append(connection, "source", row | {"id": [1], "unit_mm": 1.0})
 
 
 def make_serialisable(url: str) -> None:

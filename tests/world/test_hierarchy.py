@@ -45,13 +45,8 @@ def nest(store: Store, parents: Any, children: Any, poses: Any, *, child_no: Any
 def loaded_as(store: Store, object_id: int, name: str, variant: str = "") -> None:
     with store.write() as connection:
         source = int(connection.execute(sa.text("SELECT min(id) FROM source")).scalar_one())
-        columns: dict[str, Any] = {
-            "name": name,
-            "variant": variant,
-            "revision": 1,
-            "object_id": object_id,
-            "source_id": source,
-        }
+        columns: dict[str, Any] = {"name": name, "variant": variant, "object_id": object_id, "source_id": source}
+        columns["revision"] = 1
         store.append(connection, "object_variant", {"id": store.new_ids(connection, "object_variant", 1), **columns})
         append_expansion(store, connection, object_id)
 

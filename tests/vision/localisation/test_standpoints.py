@@ -21,14 +21,8 @@ from vision.localisation.verdict import compare_standpoints, compute_precision
 
 SIGMA = np.repeat([1.0, np.radians(0.1)], 3)
 SCENE = blocks()
-SCENE = replace(  # by samples 4 mm apart: there is nothing finer to see
-    SCENE,
-    sample_length=2 * SCENE.sample_length[::2],
-    **{
-        name: getattr(SCENE, name)[::2]
-        for name in ("sample_point", "sample_tangent", "sample_normal_a", "sample_normal_b", "sample_arc")
-    },
-)
+HALF = np.arange(0, len(SCENE.sample_arc), 2)  # 4 mm apart: there is nothing finer to see
+SCENE = SCENE.select(HALF, 2 * SCENE.sample_length[HALF], SCENE.curved_triangles)
 TILTS = np.radians([[0, 0, 0], [25, 0, 0], [-14, 22, 5], [0, -25, 10]])
 
 
