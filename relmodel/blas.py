@@ -27,8 +27,9 @@ def one_blas_thread() -> Iterator[None]:
         if _blocks == 1:
             _variable = os.environ.get(_VARIABLE)
             os.environ[_VARIABLE] = "1"
-            _before = {library.filepath: library.get_num_threads() for library in _libraries()}
-            for library in _libraries():
+            libraries = _libraries()
+            _before = {library.filepath: library.get_num_threads() for library in libraries}
+            for library in libraries:
                 library.set_num_threads(1)
     try:
         yield

@@ -27,15 +27,15 @@ from relmodel.store import Run, Store
 _turn = threading.Lock()  # loaders ask for files side by side, as children would read them
 
 
-def read_here(path: Path, options: ReadOptions = DEFAULTS) -> Model:
-    """The model of a file, read in this process; a STEP file once for all tests."""
+def read_here(path: Path, options: ReadOptions = DEFAULTS, *, anew: bool = False) -> Model:
+    """The model of a file, read in this process; a STEP file once for all tests, unless `anew`."""
     folder = os.environ.get("RELMODEL_TESTS_READ")  # a benchmark has none
     if folder is None or format_of(path) != "step" or not path.is_file():
         return read(path, options, in_child=False)
     content = path.read_bytes()
     kept = Path(folder) / hashlib.sha256(content).hexdigest()
     with _turn:
-        if not kept.exists():
+        if anew or not kept.exists():
             own = kept.with_name(uuid.uuid4().hex)
             own.write_bytes(pickle.dumps(read(path, options, in_child=False), protocol=5))
             own.replace(kept)

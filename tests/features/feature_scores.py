@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from relmodel.features import Feature, recognise
-from relmodel.readers.step import shape as step_shape
+from relmodel.features import Feature
 from tests.parts.housings_and_shafts import Made, Work
 from tests.parts.solids import Floats, Known, Part
 
@@ -35,27 +34,25 @@ class Scores:
         return self.matched.total() / max(self.found.total(), 1)
 
 
-def score(generate: Callable[[int], Part], seeds: Iterable[int]) -> Scores:
-    """Scores over the parts that a generator makes of the seeds."""
+def score(seed: int, part: Part, features: Iterable[Feature]) -> Scores:
+    """Scores of what was recognised of the part that a generator makes of a seed."""
     out = Scores()
-    for seed in seeds:
-        part = generate(seed)
-        left = [f for f in recognise(step_shape.extract(part.body)) if f.kind not in WITHOUT_TRUTH]
-        if isinstance(part, Work):
-            stated = {known.kind for known in part.features}
-            left = [f for f in left if f.kind in stated or f.kind not in part.silent]
-        found = Counter(kind_of(f.kind, f.dimensions) for f in left)
-        for known in part.features:
-            kind = kind_of(known.kind, known.dimensions)
-            out.known[kind] += 1
-            hit = next((f for f in left if agree(known, f)), None)
-            if hit is None:
-                out.missed.append((seed, known))
-            else:
-                out.matched[kind] += 1
-                left = [f for f in left if f is not hit]
-        out.found.update(found)
-        out.false += [(seed, f) for f in left]
+    left = [f for f in features if f.kind not in WITHOUT_TRUTH]
+    if isinstance(part, Work):
+        stated = {known.kind for known in part.features}
+        left = [f for f in left if f.kind in stated or f.kind not in part.silent]
+    found = Counter(kind_of(f.kind, f.dimensions) for f in left)
+    for known in part.features:
+        kind = kind_of(known.kind, known.dimensions)
+        out.known[kind] += 1
+        hit = next((f for f in left if agree(known, f)), None)
+        if hit is None:
+            out.missed.append((seed, known))
+        else:
+            out.matched[kind] += 1
+            left = [f for f in left if f is not hit]
+    out.found.update(found)
+    out.false = [(seed, f) for f in left]
     return out
 
 

@@ -210,10 +210,10 @@ def rolled(shape: Any) -> Any:
 def test_features_of_parts_of_known_operations(make: Callable[[int], Part], seed: int) -> None:
     """All of them and no others, also where they cut one another; and the same of the part rolled over, with its
     frames and boxes."""
-    scores = score(make, [seed])
+    part = make(seed)
+    found, again = (recognise(step_shape.extract(shape)) for shape in (part.body, rolled(part.body)))
+    scores = score(seed, part, found)
     assert (scores.missed, scores.false) == ([], [])
-    body = make(seed).body
-    found, again = (recognise(step_shape.extract(shape)) for shape in (body, rolled(body)))
     assert len(found) == len(again)
     for one, two in zip(found, again, strict=True):
         assert (one.kind, one.name, one.surfaces) == (two.kind, two.name, two.surfaces)
@@ -227,22 +227,14 @@ def test_features_of_parts_of_known_operations(make: Callable[[int], Part], seed
             assert abs(same) > 1 - 1e-9
             # What is open at both ends is looked at from either.
             assert same < 0 or np.abs(ROLLED @ turn[:3, 3] + SHIFT - other[:3, 3]).max() < 1e-4
-            assert same > 0 or one.kind in (
-                "through_hole",
-                "duct",
-                "lug",
-                "web",
-                "circular_pattern",
-                "linear_pattern",
-                "grid_pattern",
-            )
+            assert same > 0 or one.kind in ("through_hole", "duct", "lug", "web") or one.kind.endswith("_pattern")
         assert np.abs(other[:3, :3].T @ other[:3, :3] - np.eye(3)).max() < 1e-9
         assert np.linalg.det(other[:3, :3]) > 0
         box = np.concatenate([ROLLED @ half + SHIFT for half in one.box.reshape(2, 3)])
         assert np.abs(box - two.box).max() < 1e-3
 
 
-@pytest.mark.parametrize("variant", sorted("ABCDEF"))
+@pytest.mark.parametrize("variant", sorted("ABCDE"))
 def test_a_variant_of_the_bulkhead_has_the_features_of_its_golden_list(variant: str) -> None:
     scores = score_bulkhead(variant)
     assert scores.total_recall >= 0.95, scores.missed

@@ -77,7 +77,7 @@ def random_triangles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, 
 def test_triangles_against_linear_programs() -> None:
     """A triangle meets a polyhedron if weights of its corners exist that lie in all half-spaces."""
     rng = np.random.default_rng(0)
-    volumes = random_volumes(rng, 600)
+    volumes = random_volumes(rng, 240)
     triangles, transforms, corners = random_triangles(rng, len(volumes))
     found = met_by_kernel(volumes, triangles, transforms)
     for volume, corner, met in zip(volumes, corners, found.tolist(), strict=True):
@@ -93,13 +93,13 @@ def test_triangles_against_linear_programs() -> None:
         )
         slack = float(np.asarray(solved.x)[3])
         assert abs(slack) < 1e-5 or met == (slack < 0)
-    assert 30 < found.sum() < 450
+    assert 10 < found.sum() < 180
 
 
 def test_triangles_against_balls() -> None:
     rng = np.random.default_rng(1)
-    triangles, transforms, corners = random_triangles(rng, 2000)
-    placed = np.column_stack([rng.uniform(-10, 10, (2000, 3)), 10 ** rng.uniform(0, 1.2, 2000)])
+    triangles, transforms, corners = random_triangles(rng, 700)
+    placed = np.column_stack([rng.uniform(-10, 10, (700, 3)), 10 ** rng.uniform(0, 1.2, 700)])
     spheres = [Sphere(*row) for row in placed.tolist()]
     found = met_by_kernel(list(spheres), triangles, transforms)
     centre = placed[:, :3]
@@ -114,7 +114,7 @@ def test_triangles_against_balls() -> None:
     beyond = np.linalg.norm(nearest - centre, axis=1) - placed[:, 3]
     clear = np.abs(beyond) > 1e-2
     assert np.array_equal(found[clear], beyond[clear] < 0)
-    assert 200 < found.sum() < 1800
+    assert 70 < found.sum() < 630
 
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])

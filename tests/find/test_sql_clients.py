@@ -90,7 +90,7 @@ def call(volume: Volume, level: str, camera_id: int) -> str:
 
 def test_clients_and_programs_get_the_rows_of_find(filled: Filled) -> None:
     """Those of `relmodel.open`, by the driver of each engine, and as its own program prints them."""
-    volumes, rows, statements = questions(filled.oracle)[2:14], [], []
+    volumes, rows, statements = questions(filled.oracle)[2:14:2], [], []
     with relmodel.open(filled.target) as asked:
         for level in LEVELS:
             found = asked.in_volumes(volumes, level=level)

@@ -43,8 +43,8 @@ from relmodel.model.measures import curves_of, surfaces_of
 from relmodel.model.model import Shape
 from relmodel.readers.step import shape as step_shape
 from relmodel.readers.step.faces import edge_map, face_map
-from relmodel.readers.step.read import read_step
 from tests.parts.step_parts import compound
+from tests.reading import read_here
 
 Array = npt.NDArray[np.float64]
 
@@ -86,7 +86,7 @@ def test_rows_of_a_file_give_the_points_of_the_kernel(
         return made
 
     monkeypatch.setattr(step_shape, "extract", keep)
-    read_step(data_dir / name)
+    read_here(data_dir / name, anew=True)
     assert kept
     for kernel, shape in kept:
         assert_equal(kernel, shape)

@@ -18,8 +18,8 @@ from relmodel.store import Store
 from tests.holding import held
 from tests.store.children import CHILDREN, extract_and_die, make, migrate_by, tell_and_do
 
-KILLS = 5
-ADDED = 200_000
+KILLS = 3
+ADDED = 100_000
 
 
 def begun(work: Callable[..., None], *given: object) -> BaseProcess:

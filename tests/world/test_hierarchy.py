@@ -16,8 +16,7 @@ from relmodel.find.find import in_volume
 from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrix_columns, rotation_matrix
 from relmodel.loading.write import append_expansion
-from relmodel.store import Store
-from relmodel.store.check import check
+from relmodel.store import Store, sql
 from relmodel.world import place_world
 from relmodel.world.kinematics import correct_base, mounted_rig
 from tests.reading import load
@@ -46,13 +45,8 @@ def nest(store: Store, parents: Any, children: Any, poses: Any, *, child_no: Any
 def loaded_as(store: Store, object_id: int, name: str, variant: str = "") -> None:
     with store.write() as connection:
         source = int(connection.execute(sa.text("SELECT min(id) FROM source")).scalar_one())
-        columns: dict[str, Any] = {
-            "name": name,
-            "variant": variant,
-            "revision": 1,
-            "object_id": object_id,
-            "source_id": source,
-        }
+        columns: dict[str, Any] = {"name": name, "variant": variant, "object_id": object_id, "source_id": source}
+        columns["revision"] = 1
         store.append(connection, "object_variant", {"id": store.new_ids(connection, "object_variant", 1), **columns})
         append_expansion(store, connection, object_id)
 
@@ -65,8 +59,9 @@ def counts(store: Store) -> dict[str, int]:
 
 def offending(store: Store, *checks: str) -> list[dict[str, Any]]:
     """What the checks whose names begin so find."""
-    queries = tuple(f"check/{name}" for name in checks)
-    return [row for finding in check(store) if finding.query.startswith(queries) for row in finding.rows]
+    names = [name for name in sql.query_names("check") if name.startswith(tuple(f"check/{name}" for name in checks))]
+    with store.read() as connection:
+        return [dict(row._mapping) for name in names for row in store.rows(connection, name)]
 
 
 def test_hundreds_of_objects_deep(duckdb_file: Path, tmp_path: Path) -> None:

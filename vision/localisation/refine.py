@@ -477,11 +477,8 @@ def _by_group(m: Measurements, group: Ints) -> tuple[Floats, Floats]:
     size = m.jacobian.shape[1]
     if not len(group):
         return np.zeros((0, size)), np.zeros((0, size, size))
-    scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
-    order = np.argsort(group, kind="stable")
-    first = np.searchsorted(group[order], np.arange(int(group.max()) + 1))
-    free = np.flatnonzero(m.jacobian.any(axis=0))  # what no measurement moves has no part in it
-    i, j = free[np.stack(np.triu_indices(len(free)))]
-    hessians = np.zeros((len(first), size, size))
-    hessians[:, i, j] = hessians[:, j, i] = np.add.reduceat((scaled[:, i] * m.jacobian[:, j])[order], first)
-    return np.add.reduceat((scaled * m.offset[:, None])[order], first), hessians
+    order, last = np.argsort(group, kind="stable"), np.cumsum(np.bincount(group))
+    jacobian, offset = m.jacobian[order], m.offset[order]
+    scaled = (jacobian * (m.weight / m.sigma**2)[order, None]).T
+    parts = [slice(*ends) for ends in zip([0, *last[:-1]], last, strict=True)]
+    return np.stack([scaled[:, p] @ offset[p] for p in parts]), np.stack([scaled[:, p] @ jacobian[p] for p in parts])

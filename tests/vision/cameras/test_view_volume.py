@@ -67,12 +67,12 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(
     model = SyntheticModel(7)
     rng = np.random.default_rng(1)
     placed = [p for name, place in PLACES.items() for p in model.placed(name, place)]
-    within = np.concatenate([np.ones((1, 3)) / 2, rng.uniform(size=(80, 3))])
+    within = np.concatenate([np.ones((1, 3)) / 2, rng.uniform(size=(40, 3))])
     clouds = []
     for part in placed:
         low, high = np.split(model.shape_boxes[part.shape], 2)
         clouds.append((low + within * (high - low)) @ part.world_from_part[:3, :3].T + part.world_from_part[:3, 3])
-    poses, target = looking_around(12, 2), new_store(engine)
+    poses, target = looking_around(8, 2), new_store(engine)
     with Store.open(target) as store:
         fill(store, tmp_path)
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
@@ -93,7 +93,7 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(
         assert seen <= set(listed)
         seen_at_all += len(seen)
         missed_without += len(seen - set(undistorted["path"].tolist()))
-    assert seen_at_all > 50
+    assert seen_at_all > 30
     assert missed_without > 0 or lens == "cushion"  # which shows less than a pinhole would
 
 
@@ -103,7 +103,7 @@ def test_superfluous_parts_are_counted_against_sampled_views(duckdb_file: Path, 
     rig = Rig(cameras, {"left": np.eye(4), "right": pose_of([120, 0, 0])})
     with Store.open(duckdb_file) as store:
         oracle: Oracle = fill(store, tmp_path)
-        for pose, sigma in zip(looking_around(3, 5), (0.5, 4.0, 10.0), strict=True):
+        for pose, sigma in zip(looking_around(2, 5), (0.5, 10.0), strict=True):
             prior = Prior.isotropic(pose, sigma, sigma / 1000)
             views = [
                 build_view_volume(camera, pose @ rig.rig_from_camera[name], NEAR_TO_FAR)

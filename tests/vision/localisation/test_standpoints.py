@@ -20,6 +20,9 @@ from vision.localisation.refine import Fit
 from vision.localisation.verdict import compare_standpoints, compute_precision
 
 SIGMA = np.repeat([1.0, np.radians(0.1)], 3)
+SCENE = blocks()
+HALF = np.arange(0, len(SCENE.sample_arc), 2)  # 4 mm apart: there is nothing finer to see
+SCENE = SCENE.select(HALF, 2 * SCENE.sample_length[HALF], SCENE.curved_triangles)
 TILTS = np.radians([[0, 0, 0], [25, 0, 0], [-14, 22, 5], [0, -25, 10]])
 
 
@@ -39,14 +42,14 @@ def stand(seed: int, moved: float = 0.0) -> tuple[Fit, Rig, list[Floats]]:
     stated = {
         name: Standpoint(pose @ np.linalg.inv(perturb(np.eye(4), error)), covariance) for (name, pose), error in places
     }
-    edges = draw_edges(blocks(), true, stood["s0"], Errors(arc_px=0.05), rng)
+    edges = draw_edges(SCENE, true, stood["s0"], Errors(arc_px=0.05), rng)
     return fit_of(rig.at_standpoints(stated), edges, stood["s0"]), true, errors
 
 
 def fit_of(rig: Rig, edges: dict[str, EdgePoints], truth: Floats) -> Fit:
     indexes = {name: EdgeIndex(edges[name]) for name in rig.cameras}
     some = {name: edges[name] for name in rig.cameras}
-    return Fit(blocks(), rig, indexes, build_fine_evidence(rig, some), off(truth, 10.0, 0.02, 1))
+    return Fit(SCENE, rig, indexes, build_fine_evidence(rig, some), off(truth, 10.0, 0.02, 1))
 
 
 def test_it_ends_where_scipy_does() -> None:
@@ -98,33 +101,31 @@ def test_it_ends_where_scipy_does() -> None:
 
 def test_pictures_together_are_surer_and_as_right_as_they_say_and_exact_standpoints_are_not() -> None:
     """The same pictures one by one are less sure; standpoints held exact are surer than they are right."""
-    together, exact, apart = [], [], []
-    for seed in range(2):
-        fit, true, errors = stand(seed)
-        truth = true.standpoints["s0"].world_from_rig
-        edges = {name: index.edges for name, index in zip(fit.rig.cameras, fit.cameras, strict=True)}
-        found = fit.refine(truth)
-        d = perturbation(found.world_from_rig, truth)
-        together.append(d @ np.linalg.solve(found.covariance, d))
-        mm, rad, _ = compute_precision(found.covariance, found.middle)
-        for name, it in compare_standpoints(fit.rig, found).items():
-            left = it.moved - errors[int(name[1:])]
-            assert left @ np.linalg.solve(it.covariance, left) < 30
-            assert it.misfit.sigmas < 3.5
-        certain = {n: replace(it, covariance=1e-6 * it.covariance) for n, it in fit.rig.standpoints.items()}
-        assert fit.rig.moved is not None
-        held = fit_of(fit.rig.moved.at_standpoints(certain), edges, truth).refine(truth)
-        d = perturbation(held.world_from_rig, truth)
-        exact.append(d @ np.linalg.solve(held.covariance, d))
-        alone = fit_of(fit.rig.moved, {"left": edges["s0/left"]}, truth).refine(truth)
-        one_mm, one_rad, _ = compute_precision(alone.covariance, alone.middle)
-        apart.append((one_mm / mm, one_rad / rad))
-    assert np.mean(together) < 9  # of six degrees of freedom
-    assert np.mean(exact) > 4 * np.mean(together)
-    assert min(np.min(apart, axis=0)) > 1
+    fit, true, errors = stand(0)
+    truth = true.standpoints["s0"].world_from_rig
+    edges = {name: index.edges for name, index in zip(fit.rig.cameras, fit.cameras, strict=True)}
+    found = fit.refine(truth)
+    d = perturbation(found.world_from_rig, truth)
+    together = d @ np.linalg.solve(found.covariance, d)
+    mm, rad, _ = compute_precision(found.covariance, found.middle)
+    for name, it in compare_standpoints(fit.rig, found).items():
+        left = it.moved - errors[int(name[1:])]
+        assert left @ np.linalg.solve(it.covariance, left) < 30
+        assert it.misfit.sigmas < 3.5
+    certain = {n: replace(it, covariance=1e-6 * it.covariance) for n, it in fit.rig.standpoints.items()}
+    assert fit.rig.moved is not None
+    held = fit_of(fit.rig.moved.at_standpoints(certain), edges, truth).refine(truth)
+    d = perturbation(held.world_from_rig, truth)
+    exact = d @ np.linalg.solve(held.covariance, d)
+    alone = fit_of(fit.rig.moved, {"left": edges["s0/left"]}, truth).refine(truth)
+    one_mm, one_rad, _ = compute_precision(alone.covariance, alone.middle)
+    assert together < 9  # of six degrees of freedom
+    assert exact > 4 * together
+    assert one_mm > mm
+    assert one_rad > rad
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_standpoint_that_is_moved_is_named_with_the_amount(seed: int) -> None:
     fit, true, errors = stand(seed, 8.0)
     found = compare_standpoints(fit.rig, fit.refine(true.standpoints["s0"].world_from_rig))

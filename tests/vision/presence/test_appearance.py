@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -23,15 +24,21 @@ HOLES = np.array([[90.0, 90], [170, 90], [250, 90], [330, 90], [90, 200], [170, 
 RADIUS = 16.0
 
 
-def draw(greys: Floats, seed: int, plate: float = 150.0) -> Floats:
-    """The plate, lighter than its ground, and what is seen through its holes: blurred by half a pixel, with noise."""
+@cache
+def shares() -> Floats:
+    """How much of each pixel (9, h, w) the plate and each of its holes fill, blurred by half a pixel."""
     import cv2
 
     y, x = np.mgrid[0:1200, 0:1600] / 4 - 0.375
-    grey = np.where((x > 30) & (y > 30), plate, 40.0)
-    for (centre_x, centre_y), value in zip(HOLES, greys, strict=True):
-        grey[np.hypot(x - centre_x, y - centre_y) < RADIUS] = value
-    small = cv2.GaussianBlur(cv2.resize(grey, SIZE, interpolation=cv2.INTER_AREA), (0, 0), 0.6)
+    holes = [np.hypot(x - centre_x, y - centre_y) < RADIUS for centre_x, centre_y in HOLES]
+    plate = (x > 30) & (y > 30) & ~np.any(holes, axis=0)
+    small = (cv2.resize(fine.astype(float), SIZE, interpolation=cv2.INTER_AREA) for fine in (plate, *holes))
+    return np.stack([cv2.GaussianBlur(one, (0, 0), 0.6) for one in small])
+
+
+def draw(greys: Floats, seed: int, plate: float = 150.0) -> Floats:
+    """The plate, lighter than its ground, and what is seen through its holes: blurred by half a pixel, with noise."""
+    small = 40.0 + np.tensordot(np.append(plate, greys) - 40.0, shares(), 1)
     noise = np.random.default_rng(seed).normal(size=small.shape) * 2.0
     return np.asarray(np.clip(small + noise, 0, 255))
 

@@ -123,13 +123,14 @@ def test_a_part_is_missing_where_that_is_the_likeliest(
 
 
 @pytest.mark.data
-def test_a_missing_bolt_is_told_as_missing_and_not_as_the_hole_beneath_it(data_dir: Path, tmp_path: Path) -> None:
+def test_a_missing_bolt_is_told_as_missing_and_not_as_the_hole_beneath_it(
+    data_dir: Path, duckdb_file: Path, tmp_path: Path
+) -> None:
     folder = data_dir / "gearbox"
     truth = np.loadtxt(folder / "truth_view0.txt")
     stated = {"world_from_rig": truth.tolist(), "sigma": {"translation_mm": 3, "rotation_deg": 0.5}}
     (tmp_path / "prior.yaml").write_text(yaml.safe_dump(stated))
-    relmodel.create(tmp_path / "bench.duckdb").close()
-    with relmodel.open(tmp_path / "bench.duckdb", read_only=False) as store:
+    with relmodel.open(duckdb_file, read_only=False) as store:
         load(store, folder / "gearbox_A.step", name="gearbox", variant="A")
         store.place(folder / "world.yaml")
         pictures = {name: folder / f"bolt0_{name}.png" for name in ("left", "right")}
