@@ -98,7 +98,7 @@ def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> S
     found = np.zeros(n, bool)
     found[nearby.sample[own]] = True
     contrast = np.zeros(n)
-    np.maximum.at(contrast, nearby.sample[own], nearby.contrast[own])
+    np.maximum.at(contrast, nearby.sample[own], np.abs(nearby.contrast[own]))
 
     # Chance: windows as wide as the tolerance, of what no predicted edge accounts for.
     free = nearest[nearby.element] > p.tolerance_px
@@ -260,7 +260,7 @@ class Nearby:
     sample's begin.
 
     sample; element: index in its picture's, plus those of the cameras before; offset: px along the image normal, the
-    camera's response shift taken off; contrast: grey.
+    camera's response shift taken off; contrast: grey, above zero where the bright side lies along the normal.
     """
 
     first: Ints
@@ -302,7 +302,7 @@ def find_nearby(
         contrast = np.abs(edges.contrast[element])
         # An edge is seen toward its dark side: the true one lies toward the bright.
         offset = offset + polarity * contrast / edges.grey_range * response_px[number]
-        pieces.append((sample, elements + element, offset, contrast))
+        pieces.append((sample, elements + element, offset, polarity * contrast))
         elements += len(edges.position)
     columns = [np.concatenate(column) for column in zip(*pieces, strict=True)]
     first = np.concatenate([[0], np.cumsum(np.concatenate(counts))])

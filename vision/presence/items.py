@@ -229,12 +229,18 @@ def _find_patches(
     spread = np.hypot(look.spread, [1.5 * p.grey, p.texture])
     with_it = _log_density(mean, np.broadcast_to(look.mean, (len(part), *look.mean.shape)), spread, weight_like, unlike)
 
+    # What lies close behind may lie in the object's shadow: darker and smoother.
+    like = np.einsum("nq,qk->nk", weight_like, look.mean) / np.maximum(total, 1e-9)[:, None]
+    range_of = np.maximum(like * [1 - p.least_bright, 1.0], [p.grey, p.texture]).prod(axis=1)
+    shade = np.logaddexp(np.log1p(-p.shaded) + with_it, np.log(p.shaded / range_of))
+    darker = (mean[:, 0] < like[:, 0]) & (mean[:, 0] > p.least_bright * like[:, 0])
+    with_it = np.where(is_empty[part] & darker, shade, with_it)
+
     odds = np.clip(with_it - without, -p.most_log_odds, p.most_log_odds)
     # What is cut or raised without depth lies in one light with what is around it, and may look so though it is there.
     kind = np.array(items.kind)[item]
     level = np.isin(kind, WITHIN) & ~np.isin(kind, SET_APART)
     odds[level] = np.logaddexp(np.log1p(-p.like_around) + odds[level], np.log(p.like_around))
-    like = (weight_like @ look.mean[:, 0]) / np.maximum(total, 1e-9)
     beside = (around[at] * near[at][..., 0]).sum(axis=1) / around[at].sum(axis=1)
     counted = np.minimum(look.cells[part], p.most_cells_of_patch)
 
@@ -246,7 +252,7 @@ def _find_patches(
     through[item[looks_through]] = odds[looks_through]
     rows = np.unique(item)
     cells, pixels = add_up(counted)[rows], add_up(look.cells[part])[rows] * shown.rays.step**2
-    means = [add_up(counted * values)[rows] / cells for values in (mean[:, 0], beside, like, odds)]
+    means = [add_up(counted * values)[rows] / cells for values in (mean[:, 0], beside, like[:, 0], odds)]
     means[3] *= np.where(np.isin(np.array(items.kind)[rows], WITHIN), p.share, p.share_of_faces)
     means[3] *= np.minimum(cells / p.sure_cells, 1.0)
     return rows, pixels, *means, through[rows]

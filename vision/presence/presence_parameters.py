@@ -40,6 +40,8 @@ class MovedParameters:
     rounds: int = 6  # rounds of weighing displacements again after some surfaces moved
     sure_log_odds: float = 5.0
     """log odds likewise, 150 to 1, from which it is said to have moved; below, it only explains edges of neighbours"""
+    shade_log_odds: float = 5.0
+    """log odds that are taken off where all of what lies between the two places is dark: a shadow beside an edge"""
     most_mean_normal: float = 0.5  # length of the mean of the unit normals below which a surface bends around
     least_spread: float = 0.15  # mean square of the normals along the second direction that they span, there
     most_in_place: float = 0.35
@@ -65,6 +67,9 @@ class AppearanceParameters:
     usual_cells: float = 50.0  # cells of others that what anything looks like is worth
     usual_cells_behind: float = 10.0  # the same of what lies behind, which is alike everywhere
     unlike: float = 0.02  # share of the features that look like nothing else in the picture
+    shaded: float = 0.5
+    """share of the holes behind which lies the object's shadow, where what shows is as bright as elsewhere, or less"""
+    least_bright: float = 0.4  # by which it is multiplied, at least
     like_around: float = 0.11  # share of the ribs, steps and slots that look as what is around them and not as others
     else_there: float = 0.3
     """share of the places without the feature where something else is than around: a plug, a patch"""
@@ -124,6 +129,7 @@ class StateParameters:
     contradicted_share: float = 0.35  # share of its edges that may be found all the same, for that
     most_share: float = 0.3  # share of all edges in view from which a part is what the pose depends on
     least_moved_share: float = 0.05  # share of an item's edges that a surface must have to speak for it
+    doubtful_sigma: float = 3.0  # standard deviations by which they must differ to be doubtful
     changed_sigma: float = 4.0
     """standard deviations by which a diameter or thickness must differ, or a bore lie aside, to count as changed"""
     changed_mm: float = 0.8  # mm likewise: smaller differences are within the error of small bores and burrs

@@ -225,7 +225,7 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     edge, distinct = evidence.edge_px.sum(axis=1), evidence.distinct_px.sum(axis=1)
     share = evidence.supported_px.sum(axis=1) / np.maximum(distinct, 1e-9)
     changed, resized, doubtful = np.zeros((3, len(items)), bool)
-    off = np.abs(measures.value - measures.nominal) > p.changed_sigma * measures.sigma
+    off = np.abs(measures.value - measures.nominal) > p.doubtful_sigma * measures.sigma
     doubtful[measures.item[off & np.isin(measures.what, ("diameter", "thickness"))]] = True
     changed[measures.item[measures.changed]] = True
     resized[measures.item[measures.changed & ~np.isin(measures.what, ("offset", *DISPLACED))]] = True
@@ -374,7 +374,11 @@ def assess(
     moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
     usable = find_usable(samples, it.nearby, support, np.concatenate(blends), p.moved)
     edges = EdgePredictions(
-        samples, moving, BodyElements(it.nearby.first, it.nearby.offset, usable, support.weight), runs
+        samples,
+        moving,
+        BodyElements(it.nearby.first, it.nearby.offset, usable, support.weight),
+        runs,
+        it.nearby.contrast * it.nearby.offset > 0,
     )
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)

@@ -266,16 +266,19 @@ def _extents(scene: Scene, surface: Ints, normal: Floats) -> Floats:
 # moves through the one opposite it.
 
 FREE_MM, FIXED_MM = 1e3, 1e-3  # standard deviations of what is sought, and of what is not
+SHADED_PX = 2.0  # within which an element lies where a displaced edge does
 
 
 @dataclass(frozen=True)
 class EdgePredictions:
-    """The predicted edges, the surfaces that carry them, and the elements beside them: usable by `find_usable`."""
+    """The predicted edges, the surfaces that carry them, and the elements beside them: usable by `find_usable`; shaded
+    (e,): whether what lies between element and prediction is darker than what lies beyond."""
 
     samples: Samples
     moving: MovingSurfaces
     beside: BodyElements
     runs: EdgeRuns
+    shaded: Bools
 
 
 def find_usable(samples: Samples, nearby: Nearby, support: SampleSupport, blends: Bools, p: MovedParameters) -> Bools:
@@ -457,9 +460,13 @@ def assess_surfaces(
     at = runs.surface[run, side] * cameras + runs.camera[run]
     by_camera = sum_in_one_light(at, runs.in_light[run], count * cameras).reshape(count, cameras)
     in_place = np.maximum(by_camera.sum(axis=1), 0.0)
-    certain = log_odds - in_place >= p.moved.sure_log_odds
     there = np.flatnonzero(weight >= p.moved.least_distinct_px)
     offsets, closed = measure_moved(edges, there, sought, p)
+    # A shadow runs along straight edges, and not all around a bore.
+    log_odds -= p.moved.shade_log_odds * find_shaded(
+        edges, np.where(np.isin(np.arange(count), there[closed]), 0.0, sought)
+    )
+    certain = log_odds - in_place >= p.moved.sure_log_odds
     # Surfaces found in place, or found displaced, or bent around and found all around.
     agree_px = offsets.agree * p.account.runs.stretch_px
     found = agree_px >= p.moved.least_found * weight[there]
@@ -485,6 +492,20 @@ def assess_surfaces(
     moved[there] &= agree_px >= p.moved.least_there * weight[there]
     moved &= _count_own_px(runs, moved, log_odds) >= p.moved.least_distinct_px
     return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
+
+
+def find_shaded(edges: EdgePredictions, mm: Floats) -> Floats:
+    """Share (s,) of the px on which edges of surfaces displaced outward by mm (s,) are found, where what lies between
+    there and their place is darker than what lies beyond, as it is where a shadow falls beside an edge."""
+    samples, beside, count = edges.samples, edges.beside, len(mm)
+    sample, side = np.nonzero(np.append(mm != 0, False)[samples.surface])
+    ahead = edges.moving.displace(mm, len(samples.run))[sample]
+    first, end = (beside.first[sample + k] for k in (0, 1))
+    of, at = count_from(first, end - first)
+    near = beside.usable[at, side[of]] & (np.abs(beside.offset[at] - ahead[of]) <= SHADED_PX)
+    surface, px = samples.surface[sample, side][of[near]], beside.weight[sample[of[near]]]
+    shaded = np.bincount(surface, px * edges.shaded[at[near]], count)
+    return np.asarray(shaded / np.maximum(np.bincount(surface, px, count), 1e-9))
 
 
 def _count_own_px(runs: EdgeRuns, moved: Bools, log_odds: Floats) -> Floats:

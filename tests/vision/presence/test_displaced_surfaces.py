@@ -16,6 +16,7 @@ from vision.presence.surfaces import (
     EdgePredictions,
     FacePairs,
     find_moving_surfaces,
+    find_shaded,
     find_usable,
     measure_moved,
     seek_moved,
@@ -49,7 +50,8 @@ def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
     none = np.zeros(0, np.int64)
     moving = find_moving_surfaces(samples, (none, none, np.zeros((0, 3))))
     usable = find_usable(samples, nearby, support, blends, P.moved)
-    return EdgePredictions(samples, moving, BodyElements(nearby.first, nearby.offset, usable, support.weight), runs)
+    beside = BodyElements(nearby.first, nearby.offset, usable, support.weight)
+    return EdgePredictions(samples, moving, beside, runs, nearby.contrast * nearby.offset > 0)
 
 
 def bore(true_radius: float, aside: Floats, noise: float) -> EdgePredictions:
@@ -94,6 +96,21 @@ def test_a_bore_of_another_size_is_sought_and_found() -> None:
     assert moved == pytest.approx([6.0, 0.0], abs=P.moved.step_mm)
     found, _ = measure_moved(edges, np.array([0]), moved, P)
     assert found.x[0, 3] == pytest.approx(6.0, abs=3 * found.covariance[0, 3, 3] ** 0.5)
+
+
+@pytest.mark.parametrize(
+    ("out", "bright", "dark"), [(4, 1, 1.0), (4, -1, 0.0), (-4, 1, 0.0), (-4, -1, 1.0), (4, 0, 0.5)]
+)
+def test_what_lies_between_is_dark_where_the_edge_is_bright_beyond(out: int, bright: int, dark: float) -> None:
+    """An edge 4 px from its place, bright above, below, or either on half of it; elements elsewhere do not count."""
+    line = np.arange(30.0, 170.0)
+    pixel, along = np.stack([line, 0 * line + 100], axis=1), np.tile([1.0, 0.0], (len(line), 1))
+    samples = samples_at(pixel, along, np.tile([0, 1], (len(line), 1)), np.zeros(len(line), np.int64))
+    samples.px_per_mm[:] = [2.0, 1.0]
+    up = np.where(bright == 0, np.sign(line - 99.5), bright)[:, None] * [0.0, 1.0]
+    there, elsewhere = pixel + np.array([0, out]), pixel - np.array([0, 9])
+    index = EdgeIndex(edge_points(np.concatenate([there, elsewhere]), np.concatenate([up, -up])))
+    assert find_shaded(look(samples, index), np.array([out / 2, 0.0])).tolist() == [dark, 0.0]
 
 
 @pytest.mark.parametrize("out", [0.0, 0.5])

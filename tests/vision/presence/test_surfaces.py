@@ -188,7 +188,7 @@ def rim(shift: Floats, wider: float, noise: float = 0.0) -> tuple[EdgePrediction
     )  # fmt: skip
     support = SampleSupport(found, np.ones(n), np.full(n, 0.05), np.ones(n), np.full(n, -1))
     moving = find_moving_surfaces(samples, (np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3))))
-    return EdgePredictions(samples, moving, beside, runs), support
+    return EdgePredictions(samples, moving, beside, runs, np.zeros(n, bool)), support
 
 
 def assessed(edges: EdgePredictions) -> SceneSurfaces:
@@ -241,6 +241,17 @@ def test_what_is_found_in_place_or_hardly_found_elsewhere_has_not_moved(
     found = np.bincount(edges.samples.run, there) / 38
     edges = replace(edges, beside=beside, runs=replace(edges.runs, found=found.astype(float)))
     assert bool(assessed(edges).moved[1]) == has_moved
+
+
+@pytest.mark.parametrize(("px", "taken_off"), [(190, 0.0), (95, 5.0)])
+def test_what_is_dark_between_two_places_may_be_a_shadow_unless_it_runs_all_around(px: int, taken_off: float) -> None:
+    """A rim 2 mm wider, of which all is in sight or a half."""
+    edges, _ = rim(np.zeros(2), 2.0)
+    edges = replace(edges, beside=replace(edges.beside, weight=(np.arange(190) < px).astype(float)))
+    for dark in (1.0, 0.4):
+        shaded = replace(edges, shaded=np.arange(190) < dark * px)
+        lost = assessed(edges).log_odds[1] - assessed(shaded).log_odds[1]
+        assert lost == pytest.approx(dark * taken_off)
 
 
 def test_a_displacement_is_weighed_against_in_place_and_what_is_tried() -> None:
