@@ -225,7 +225,8 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     edge, distinct = evidence.edge_px.sum(axis=1), evidence.distinct_px.sum(axis=1)
     share = evidence.supported_px.sum(axis=1) / np.maximum(distinct, 1e-9)
     changed, resized, doubtful = np.zeros((3, len(items)), bool)
-    off = np.abs(measures.value - measures.nominal) > p.doubtful_sigma * measures.sigma
+    mm = np.abs(measures.value - measures.nominal)
+    off = mm > np.where(mm > p.changed_mm, p.doubtful_sigma, p.changed_sigma) * measures.sigma
     doubtful[measures.item[off & np.isin(measures.what, ("diameter", "thickness"))]] = True
     changed[measures.item[measures.changed]] = True
     resized[measures.item[measures.changed & ~np.isin(measures.what, ("offset", *DISPLACED))]] = True
