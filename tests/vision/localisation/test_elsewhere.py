@@ -9,7 +9,7 @@ from tests.vision.localisation.scenes import above, blocks, stereo_rig
 from tests.vision.localisation.test_fits import exact_edges
 from vision.localisation.hypotheses import build_fine_evidence, predict, project_with_jacobians
 from vision.localisation.localisation_parameters import DEFAULTS, ElsewhereParameters
-from vision.localisation.verdict import Chance, draw_elsewhere, gather_elsewhere
+from vision.localisation.verdict import Chance, draw_elsewhere, draw_shifts, gather_elsewhere
 
 P = DEFAULTS.elsewhere
 
@@ -53,3 +53,39 @@ def test_poses_elsewhere_show_everything_elsewhere() -> None:
         after, _ = project_with_jacobians(prediction, delta)
         moved = np.sqrt(((after - before) ** 2).sum(axis=1).mean())
         assert 8.0 < moved < 23.0  # the steps are laid to first order
+
+
+def test_what_moves_the_picture_next_to_nothing_does_not_have_to_move_it_so_far() -> None:
+    """Where no motion moves it by enough px a unit, a unit of turn and of a shift by the depth count for that many."""
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    prediction = predict(scene, rig, truth, 400)
+    few = ElsewhereParameters(poses=40, near_px=10.0, far_px=20.0, least_px_per_unit=1e5)
+    depth = np.median(np.linalg.norm(prediction.point, axis=1))
+    units = np.linalg.norm(draw_elsewhere(prediction, few) / np.repeat([depth, 1.0], 3), axis=1)
+    assert 10.0 <= 1e5 * units.min() < 12.0
+    assert 18.0 < 1e5 * units.max() <= 20.0
+
+
+def test_outlines_are_shifted_by_as_much_every_way() -> None:
+    shift = draw_shifts(3, ElsewhereParameters(outlined=400, near_px=10.0, far_px=20.0))
+    far = np.linalg.norm(shift, axis=2)
+    assert shift.shape == (400, 3, 2)
+    assert 10.0 <= far.min() < 10.5
+    assert 19.5 < far.max() <= 20.0
+    assert np.abs((shift / far[..., None]).mean(axis=(0, 1))).max() < 0.08
+    np.testing.assert_allclose((shift / far[..., None]).std(axis=(0, 1)), 0.5**0.5, rtol=0.05)
+
+
+def test_outlines_elsewhere_add_their_mean_and_widen_by_their_deviation(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    fields = build_fine_evidence(rig, exact_edges(truth, np.random.default_rng(5)))
+    prediction, chances = predict(scene, rig, truth, 400), []
+    for outlines in ([0.0, 0.0], [2.0, 10.0]):
+        monkeypatch.setattr(
+            "vision.localisation.verdict.measure_shifted_outlines", lambda *_, it=outlines: np.array(it)
+        )
+        chances.append(gather_elsewhere(scene, rig, prediction, fields, [], truth, DEFAULTS).together)
+    one, other = chances
+    assert other.scale == pytest.approx(np.hypot(one.scale, 4.0))
+    threshold = one.level - one.scale * np.log(P.share)
+    assert other.level == pytest.approx(threshold + 6.0 + other.scale * np.log(P.share))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from tests.vision.localisation.scenes import stereo_rig
 from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import describe_unknowns
+from vision.localisation.refine import RefinedPose
 from vision.localisation.verdict import (
     CameraSupport,
     Chance,
@@ -18,12 +21,15 @@ from vision.localisation.verdict import (
     Misfit,
     PoseEvidence,
     Verdict,
+    VerdictStatistics,
     compute_disagreement,
+    compute_precision,
     doubt_edges,
     doubt_face,
     find_misfit,
     find_standing,
     judge,
+    measure_agreement,
     weigh_against_prior,
 )
 
@@ -71,6 +77,8 @@ def test_what_a_wrong_pose_gathered_is_refused_and_what_a_right_one_did_is_not(
         DEFAULTS.verdict,
     )
     assert (verdict.verdict == "accepted") is accepted, verdict.reason
+    sure = "probability > 99.9 %" if verdict.posterior > 0.999 else f"probability {100 * verdict.posterior:.1f} %"
+    assert not accepted or verdict.reason.startswith(sure)
 
 
 @pytest.mark.parametrize("what", ["nothing", "evidence", "found", "agreement", "sigma_mm", "sigma_rad"])
@@ -82,6 +90,46 @@ def test_what_is_no_number_is_refused(what: str) -> None:
     table = HypothesisTable(*(np.array([value]) for value in columns))
     verdict = judge(table, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
     assert verdict.verdict == ("accepted" if what == "nothing" else "refused")
+
+
+def test_a_turn_about_what_is_seen_moves_nothing_of_it() -> None:
+    """The middle lies a metre ahead: a turn about the rig moves it by the lever arm, unless a shift makes up for it."""
+    middle, turn = np.array([0.0, 0.0, 1000.0]), np.array([0.002, 0.0, 0.0])
+    about_middle = np.concatenate([-np.cross(turn, middle), turn])
+    for error, mm in ((about_middle, 0.0), (np.pad(turn, (3, 0)), 2.0)):
+        sigma_mm, sigma_rad, words = compute_precision(np.outer(error, error), middle)
+        assert (sigma_mm, sigma_rad) == (pytest.approx(mm, abs=1e-4), pytest.approx(0.002))
+        assert words.endswith("turn about x of the rig")
+
+
+@pytest.mark.parametrize(
+    ("prior_sigma", "beyond"), [(np.nan, 0.0), (0.0, 0.0), (6**0.5, 0.0), (3.0, -1.5), (4.0, -5.0)]
+)
+def test_a_prior_takes_off_what_is_beyond_its_mean_over_right_poses(prior_sigma: float, beyond: float) -> None:
+    p = DEFAULTS.verdict
+    some = VerdictStatistics(1e3, 1.5, prior_sigma, 0.5, 0.8, 0.0, 0.0, 0.0)
+    assert some.columns(p) == pytest.approx([1.5, 0.5, 0.8, beyond])
+    most = VerdictStatistics(1e3, 1e9, prior_sigma, 1e9, 0.8, 0.0, 0.0, 0.0)
+    assert most.columns(p) == pytest.approx([p.most_rarity, p.most_share, 0.8, beyond])
+
+
+def test_edges_agree_by_the_length_that_lies_near_of_all_that_is_found() -> None:
+    limit = DEFAULTS.verdict.agreement_px
+    measured = SimpleNamespace(found=np.array([3, 4, -1, 5]), offset=limit * np.array([0.9, 1.1, 0.0, -0.9]))
+    predicted = SimpleNamespace(weight=np.array([4.0, 2.0, 8.0, 1.0]), view=np.array([0, 0, 0, 1]))
+    best = cast(RefinedPose, SimpleNamespace(measurements=measured, prediction=predicted))
+    each = [measure_agreement(best, DEFAULTS.verdict, camera) for camera in (None, 0, 1)]
+    assert each == pytest.approx([5 / 7, 4 / 6, 1.0])
+
+
+def test_what_cameras_find_adds_up() -> None:
+    support = SimpleNamespace(found=np.array([30.0, 20.0]), expected=np.array([40.0, 60.0]))
+    pose = SimpleNamespace(
+        prior_sigma=2.0, evidence=9.0, support=support, outlines=None, is_symmetric=False, told=np.nan
+    )
+    table = HypothesisTable.of([cast(RefinedPose, pose)])
+    assert (table.found.tolist(), table.expected.tolist(), table.share.tolist()) == ([50.0], [100.0], [0.5])
+    assert (table.believed.tolist(), table.cost.tolist()) == ([2.0], [-7.0])
 
 
 def accepted() -> Verdict:

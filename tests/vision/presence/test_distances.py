@@ -23,15 +23,18 @@ TILT = rotation_matrix(np.array([[0.4, -0.3, 1.1]]))[0]
 
 
 def measured(shift: Floats, sigma: Floats) -> Measures:
-    """Bores of which two thirds are there, 10 deep, each aside by a shift (n, 3) of the part's frame."""
-    angle = np.linspace(0, 4 * np.pi / 3, 24)
-    around = np.stack([np.cos(angle), np.sin(angle), np.zeros(24)], axis=1)
-    ring = np.concatenate([RADIUS * around, RADIUS * around + [0, 0, 10.0]])
+    """Bores of which two thirds are there, of each others, 10 deep and the fourth 70, all with middles equally deep but
+    the last, each aside by a shift (n, 3) of the part's frame."""
+    depth = np.array([10.0, 10, 10, 70, 10])
+    angle = np.linspace(0, 4 * np.pi / 3, 24) + 1.3 * np.arange(len(CENTRES))[:, None]
+    around = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=2)
+    ends = depth[:, None, None] * np.array([-0.5, 0.5])[:, None] * [0, 0, 1.0]
+    ring = CENTRES[:, None, None] + RADIUS * around[:, None] + ends[:, :, None]
     strip = np.array([[k, k + 1, k + 24] for k in range(23)] + [[k + 1, k + 25, k + 24] for k in range(23)])
     count = len(CENTRES)
     scene = SimpleNamespace(
-        vertices=np.concatenate([(c + ring) @ TILT.T for c in CENTRES]),
-        vertex_normals=np.tile(-np.concatenate([around, around]) @ TILT.T, (count, 1)),
+        vertices=ring.reshape(-1, 3) @ TILT.T,
+        vertex_normals=-np.repeat(around[:, None], 2, axis=1).reshape(-1, 3) @ TILT.T,
         triangles=np.concatenate([strip + 48 * k for k in range(count)]),
         triangle_surface=np.repeat(np.arange(count), len(strip)),
     )

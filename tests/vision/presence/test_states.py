@@ -110,6 +110,19 @@ def test_cameras_and_edges_add_up() -> None:
     assert said(it)["other"][0] == "confirmed"
 
 
+@pytest.mark.parametrize(
+    ("px", "distinct", "why"),
+    [
+        (20, 20, "its edges are found"),
+        (20, 10, "its edges lie too near to others or to the picture's border"),
+        (10, 10, "its edges are too short in the picture"),
+    ],
+)
+def test_what_cameras_see_of_an_edge_is_long_enough_together(px: float, distinct: float, why: str) -> None:
+    """Of 30 px."""
+    assert said(decided(signs(((3, 4), px, distinct, 0.9, 2.0, 3), cameras=2), 2))["other"][1] == why
+
+
 @pytest.mark.parametrize("odds", [4.0, -4.0])
 def test_the_rim_of_a_hole_speaks_for_the_face_that_it_is_in_and_never_against_it(odds: float) -> None:
     it = decided(signs(((0, 2), 60, 60, 0.5, odds, 3)))
