@@ -98,7 +98,7 @@ def test_a_turn_about_what_is_seen_moves_nothing_of_it() -> None:
     about_middle = np.concatenate([-np.cross(turn, middle), turn])
     for error, mm in ((about_middle, 0.0), (np.pad(turn, (3, 0)), 2.0)):
         sigma_mm, sigma_rad, words = compute_precision(np.outer(error, error), middle)
-        assert (sigma_mm, sigma_rad) == (pytest.approx(mm, abs=1e-4), pytest.approx(0.002))
+        assert [sigma_mm, sigma_rad] == pytest.approx([mm, 0.002], abs=1e-4)
         assert words.endswith("turn about x of the rig")
 
 
