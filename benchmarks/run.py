@@ -55,7 +55,6 @@ BENCHMARKS = (
         "relational_matching", ("--units", "20", "50", "--seeds", "2", "--seconds", "3", "--peers", "CP-SAT", "HiGHS")
     ),
     Benchmark("inspection", ("--pairs", "00", "05"), ("--repeat", "100")),
-    Benchmark("uncertainty", ("--trials", "12")),
     Benchmark("extraction_cost", needs_data=True),
     Benchmark("stereo_methods", ("--pairs", "A0", "C1"), needs_data=True),
     Benchmark("without_prior", ("--pairs", "1"), needs_data=True),

@@ -27,7 +27,7 @@ def one_blas_thread() -> Iterator[None]:
         if _blocks == 1:
             _variable = os.environ.get(_VARIABLE)
             os.environ[_VARIABLE] = "1"
-            libraries = _libraries()
+            libraries = _libraries(len(sys.modules))
             _before = {library.filepath: library.get_num_threads() for library in libraries}
             for library in libraries:
                 library.set_num_threads(1)
@@ -40,17 +40,13 @@ def one_blas_thread() -> Iterator[None]:
                 os.environ.pop(_VARIABLE)
                 if _variable is not None:
                     os.environ[_VARIABLE] = _variable
-                for library in _libraries():  # one that was loaded meanwhile gets as many as the others
+                for library in _libraries(len(sys.modules)):  # one that was loaded meanwhile gets as many as the others
                     library.set_num_threads(_before.get(library.filepath, max(_before.values(), default=1)))
 
 
-def _libraries() -> list[Any]:
-    """Those that are loaded: sought anew, which takes milliseconds, only where a module came to those imported."""
-    return _sought(len(sys.modules))
-
-
 @lru_cache(maxsize=1)
-def _sought(modules: int) -> list[Any]:
+def _libraries(modules: int) -> list[Any]:
+    """Those that are loaded, by how many modules are: to seek them takes milliseconds, and only imports load some."""
     from threadpoolctl import ThreadpoolController
 
     return list(ThreadpoolController().select(user_api="blas").lib_controllers)

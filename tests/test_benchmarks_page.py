@@ -32,13 +32,13 @@ def test_every_benchmark_is_run() -> None:
 
 
 def test_the_page_holds_what_was_printed() -> None:
-    done = Outcome(Benchmark("uncertainty"), ["--trials", "5"], "a  <script>alert(1)</script>  9.5", 1.25, 2.5)
+    done = Outcome(Benchmark("scale_out"), ["--trials", "5"], "a  <script>alert(1)</script>  9.5", 1.25, 2.5)
     left = Outcome(Benchmark("extraction_cost"), [], "needs the test data", status="left out")
     read = Page(run.page([done, left], full=False))
     tags = [tag for tag, _ in read.elements]
     assert "script" not in tags
     assert "a  <script>alert(1)</script>  9.5" in read.text
-    assert "python -m benchmarks.uncertainty --trials 5" in read.text
+    assert "python -m benchmarks.scale_out --trials 5" in read.text
     assert "left out" in read.text
     sources = [a[name] for _, a in read.elements for name in ("src", "href") if name in a]
     assert all(source.startswith(("#", "data:")) for source in sources)  # nothing from elsewhere
@@ -48,12 +48,12 @@ def test_a_benchmark_that_fails_or_lacks_data_says_so(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.delenv("RELMODEL_TEST_DATA", raising=False)
-    cases = (Benchmark("uncertainty", ("--nonsense",)), Benchmark("extraction_cost", needs_data=True))
+    cases = (Benchmark("scale_out", ("--nonsense",)), Benchmark("extraction_cost", needs_data=True))
     monkeypatch.setattr(run, "BENCHMARKS", cases)
     assert run.main(["--out", str(tmp_path / "pages/page.html")]) == 1
     said = capsys.readouterr().out
     assert [line.split()[:2] for line in said.splitlines()[:2]] == [
-        ["uncertainty", "failed"],
+        ["scale_out", "failed"],
         ["extraction_cost", "left"],
     ]
     page = (tmp_path / "pages/page.html").read_text()
