@@ -125,8 +125,8 @@ class StateParameters:
     least_log_odds: float = 3.0  # log odds, either way, from which a state is more than undecided: 20 to 1
     least_expected: float = 2.0  # log odds expected of what is there, below which missing edges say nothing
     contradicted_log_odds: float = 7.0  # log odds against from which another thing must be there: 1000 to 1
-    contradicted_expected: float = 5.0  # log odds expected of what is there, at least, for that
-    contradicted_share: float = 0.35  # share of its edges that may be found all the same, for that
+    contradicted_by_share: float = 20.0  # more of these by the share of its edges that is found all the same
+    contradicted_expected: float = 3.5  # log odds expected of what is there, at least, for that
     most_share: float = 0.3  # share of all edges in view from which a part is what the pose depends on
     least_moved_share: float = 0.05  # share of an item's edges that a surface must have to speak for it
     changed_sigma: float = 4.0

@@ -240,7 +240,7 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
 
     unlikely = total <= -p.least_log_odds
     settle(unlikely & (expected >= p.least_expected), NOT_CONFIRMED, MISSING)
-    gone = (total <= -p.contradicted_log_odds) & (expected >= p.contradicted_expected) & (share <= p.contradicted_share)
+    gone = (total <= -p.contradicted_log_odds - p.contradicted_by_share * share) & (expected >= p.contradicted_expected)
     settle(gone, CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
     part = np.array([level == "part" for level in items.level], bool)
