@@ -374,13 +374,8 @@ def assess(
     blends = [lie_on(index, smooth[name], reach, least) for name, index in zip(rig.cameras, indexes, strict=True)]
     moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
     usable = find_usable(samples, it.nearby, support, np.concatenate(blends), p.moved)
-    edges = EdgePredictions(
-        samples,
-        moving,
-        BodyElements(it.nearby.first, it.nearby.offset, usable, support.weight),
-        runs,
-        it.nearby.contrast * it.nearby.offset > 0,
-    )
+    beside = BodyElements(it.nearby.first, it.nearby.offset, usable, support.weight)
+    edges = EdgePredictions(samples, moving, beside, runs, it.nearby.contrast * it.nearby.offset > 0)
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
     appearance = look_at_features(

@@ -463,9 +463,8 @@ def assess_surfaces(
     there = np.flatnonzero(weight >= p.moved.least_distinct_px)
     offsets, closed = measure_moved(edges, there, sought, p)
     # A shadow runs along straight edges, and not all around a bore.
-    log_odds -= p.moved.shade_log_odds * find_shaded(
-        edges, np.where(np.isin(np.arange(count), there[closed]), 0.0, sought)
-    )
+    open_mm = np.where(np.isin(np.arange(count), there[closed]), 0.0, sought)
+    log_odds -= p.moved.shade_log_odds * find_shaded(edges, open_mm)
     certain = log_odds - in_place >= p.moved.sure_log_odds
     # Surfaces found in place, or found displaced, or bent around and found all around.
     agree_px = offsets.agree * p.account.runs.stretch_px

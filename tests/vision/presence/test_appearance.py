@@ -67,7 +67,7 @@ def rims(cameras: int) -> Samples:
     return both
 
 
-def look(*pictures: Floats) -> Appearance:
+def look(*pictures: Floats, p: AppearanceParameters = AppearanceParameters()) -> Appearance:  # noqa: B008
     count = len(HOLES)
     none, number = np.full(count, -1), np.arange(count)
     items = Items(
@@ -78,7 +78,7 @@ def look(*pictures: Floats) -> Appearance:
     normal = np.tile([1.0, 0, 0], (count + 1, 1))
     normal[0] = [0, 0, 1]
     views = [surface_map()] * len(pictures)
-    return look_at_features(items, rims(len(pictures)), normal, pictures, views, AppearanceParameters())
+    return look_at_features(items, rims(len(pictures)), normal, pictures, views, p)
 
 
 # What lies behind is lit unevenly, from 30 on the left to 54 on the right.
@@ -109,6 +109,15 @@ def test_holes_that_are_not_there_look_as_the_plate_around(plate: float) -> None
     assert (found.log_odds[gone] < -0.5).all()
     assert (found.log_odds[~gone] > 0.5).all()
     assert set(found.item[found.stopped].tolist()) == {1, 6}
+
+
+@pytest.mark.parametrize(("grey", "shaded"), [(70.0, True), (60.0, True), (130.0, False)])
+def test_what_lies_behind_may_lie_in_the_shadow_and_no_brighter_than_elsewhere(grey: float, shaded: bool) -> None:
+    """Through the other holes it is 110, beside the plate 40."""
+    greys = np.full(len(HOLES), 110.0)
+    greys[4] = grey
+    lit, dark = (float(look(draw(greys, 1), p=AppearanceParameters(shaded=k)).log_odds[4]) for k in (1e-9, 0.5))
+    assert (lit < 1 < dark) if shaded else (lit == dark)
 
 
 def test_a_plug_that_one_camera_sees_as_dark_as_the_ground_is_left_undecided() -> None:
