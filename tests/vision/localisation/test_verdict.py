@@ -175,6 +175,19 @@ def test_the_account_of_edges_tells_rivals_apart(told: list[float], standing: li
     assert verdict.verdict == ("accepted" if len(standing) == 1 else "ambiguous")
 
 
+def test_a_rival_takes_its_share_by_prior_and_tempered_evidence() -> None:
+    two, p = np.ones(2), DEFAULTS.verdict
+    gathered = HypothesisTable(
+        prior_sigma=np.array([2.0, 3.0]), evidence=np.array([1000.0, 990.0]), found=1000 * two, expected=1000 * two,
+        outline_px=0 * two, outline_contrast=0 * two, outline_evidence=0 * two, is_symmetric=two < 0, told=np.nan * two,
+    )  # fmt: skip
+    evidence = PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0)
+    verdict = judge(gathered, np.arange(2), evidence, Needs(1.0, 0.01), p)
+    share = 1 / (1 + np.exp(-10 * p.temper - (9 - 4) / 2))
+    assert verdict.posterior == pytest.approx(share * verdict.weighed["likely"])
+    assert verdict.weighed["rivals"] == 1
+
+
 @pytest.mark.parametrize(
     ("own", "joint", "sigma"),
     [
