@@ -76,16 +76,12 @@ def test_outlines_are_shifted_by_as_much_every_way() -> None:
     np.testing.assert_allclose((shift / far[..., None]).std(axis=(0, 1)), 0.5**0.5, rtol=0.05)
 
 
-def test_outlines_elsewhere_add_their_mean_and_widen_by_their_deviation(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cameras_add_up_elsewhere_and_outlines_add_their_mean_and_deviation(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
     fields = build_fine_evidence(rig, exact_edges(truth, np.random.default_rng(5)))
-    prediction, chances = predict(scene, rig, truth, 400), []
-    for outlines in ([0.0, 0.0], [2.0, 10.0]):
-        monkeypatch.setattr(
-            "vision.localisation.verdict.measure_shifted_outlines", lambda *_, it=outlines: np.array(it)
-        )
-        chances.append(gather_elsewhere(scene, rig, prediction, fields, [], truth, DEFAULTS).together)
-    one, other = chances
-    assert other.scale == pytest.approx(np.hypot(one.scale, 4.0))
-    threshold = one.level - one.scale * np.log(P.share)
-    assert other.level == pytest.approx(threshold + 6.0 + other.scale * np.log(P.share))
+    edges = np.random.default_rng(3).exponential(7.0, (200, 2))
+    monkeypatch.setattr("vision.localisation.verdict.mix_over_arcs", lambda *_: edges)
+    monkeypatch.setattr("vision.localisation.verdict.measure_shifted_outlines", lambda *_: np.array([2.0, 10.0]))
+    found = gather_elsewhere(scene, rig, predict(scene, rig, truth, 400), fields, [], truth, DEFAULTS)
+    assert found.together == Chance.of(edges[:, 0] + edges[:, 1], P, mean=6.0, deviation=4.0)
+    assert found.by_camera == [Chance.of(edges[:, 0], P), Chance.of(edges[:, 1], P)]

@@ -122,6 +122,13 @@ def test_edges_agree_by_the_length_that_lies_near_of_all_that_is_found() -> None
     assert each == pytest.approx([5 / 7, 4 / 6, 1.0])
 
 
+def test_a_camera_is_weighed_as_a_pose_without_a_prior() -> None:
+    p = DEFAULTS.verdict
+    camera = CameraSupport(evidence=12.0, found=30.0, expected=60.0, agreement=0.8, chance=Chance(2.0, 5.0))
+    alike = VerdictStatistics(12.0, 2.0, np.nan, 0.5, 0.8, 0.0, 0.0, 0.0)
+    assert camera.log_odds(p) == pytest.approx(alike.log_odds(p))
+
+
 def test_what_cameras_find_adds_up() -> None:
     support = SimpleNamespace(found=np.array([30.0, 20.0]), expected=np.array([40.0, 60.0]))
     pose = SimpleNamespace(
