@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -288,3 +290,19 @@ def test_the_consensus_is_the_step_that_most_of_the_length_agrees_on() -> None:
     found = _find_consensus(m, p, fit.prior, pose, 7)
     np.testing.assert_allclose(found, tried[int(np.argmax(agreed))], rtol=1e-6, atol=1e-9)
     assert not _find_consensus(replace(m, weight=0 * m.weight), p, fit.prior, pose, 7).any()
+
+
+def test_a_part_that_alone_says_where_the_rig_is_is_no_outlier() -> None:
+    """Without a prior nothing is known without it, exactly; of the other part nothing was found."""
+    n = 12
+    jacobian = np.concatenate([np.eye(6), 2 * np.eye(6)])
+    m = SimpleNamespace(
+        jacobian=np.tile(jacobian, (2, 1)), weight=np.repeat([1.0, 0.0], n), sigma=np.ones(2 * n),
+        offset=np.ones(2 * n),
+    )  # fmt: skip
+    fit = SimpleNamespace(
+        scene=SimpleNamespace(occurrence_of_arc=np.array([0, 1])), _measured=lambda _: (m, jacobian.T @ jacobian, None)
+    )
+    seen = SimpleNamespace(arc=np.repeat([0, 1], n), weight=np.ones(2 * n))
+    refined = SimpleNamespace(prediction=seen, covariance=np.eye(6))
+    assert Fit.find_outliers(cast(Fit, fit), cast(RefinedPose, refined)) == []
