@@ -29,6 +29,7 @@ from vision.presence.items import (
     Items,
     UnexplainedElements,
     find_normals,
+    find_open,
     find_unexplained,
     lie_on,
     list_items,
@@ -240,7 +241,7 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
 
     unlikely = total <= -p.least_log_odds
     settle(unlikely & (expected >= p.least_expected), NOT_CONFIRMED, MISSING)
-    gone = (total <= -p.contradicted_log_odds - p.contradicted_by_share * share) & (expected >= p.contradicted_expected)
+    gone = (total <= -p.contradicted_log_odds - p.contradicted_by_share * share) & (expected >= p.least_expected)
     settle(gone, CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
     part = np.array([level == "part" for level in items.level], bool)
@@ -273,9 +274,9 @@ def find_missing(items: Items, signs: Signs, p: StateParameters) -> Bools:
     """Which items (n,) belong to a part in whose place surely shows what it covers, likelier than that it is displaced
     or that its faces are."""
     it, moved = signs.displacements, np.flatnonzero(signs.surfaces.moved)
-    odds, rival = signs.uncovered.log_odds, np.full(len(signs.uncovered.log_odds), p.contradicted_log_odds)
+    odds, rival = signs.uncovered.log_odds, np.full(len(signs.uncovered.log_odds), p.uncovered_log_odds)
     elsewhere = it.far | it.turned
-    rival[it.occurrence[elsewhere]] = np.maximum(p.contradicted_log_odds, it.log_odds[elsewhere])
+    rival[it.occurrence[elsewhere]] = np.maximum(p.uncovered_log_odds, it.log_odds[elsewhere])
     of_surface = np.zeros(len(signs.surfaces.moved), np.int64)
     of_surface[items.surface] = items.occurrence[items.member]
     resized = np.bincount(of_surface[moved], signs.surfaces.log_odds[moved], len(odds))
@@ -316,8 +317,8 @@ def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> ItemEvidence:
 
 def pair_with_runs(items: Items, sides: Ints) -> tuple[Ints, Ints, Bools]:
     """Each item with the runs that are edges of its surfaces, by the surfaces (r, 2) on their sides, sorted, each pair
-    once; and whether the edge is lent: of a hole, a boss or a duct in the item that does not belong to it.  All edges
-    are a part's own."""
+    once; and whether the edge is lent: of a hole, a boss or a duct in the item that does not belong to it, and is none
+    itself.  All edges are a part's own."""
     order = np.argsort(items.surface, kind="stable")
     surface, item = items.surface[order], items.member[order]
     pairs = []
@@ -330,11 +331,10 @@ def pair_with_runs(items: Items, sides: Ints) -> tuple[Ints, Ints, Bools]:
     part = np.array([level == "part" for level in items.level], bool)
     count = len(items.inset)
     own = np.unique(items.member * count + items.surface)
-    lent = np.zeros(len(item), bool)
-    for side in (0, 1):
-        surface = sides[run, side]
-        inset = (surface >= 0) & items.inset[surface]
-        lent |= inset & ~part[item] & ~np.isin(item * count + surface, own)
+    inset = (sides[run] >= 0) & items.inset[sides[run]]
+    of_item = np.isin(item[:, None] * count + sides[run], own)
+    # A hole in a hole, as one beneath a spot face, has its rim for its own.
+    lent = ~part[item] & (inset & ~of_item).any(axis=1) & ~(inset & of_item).any(axis=1)
     return item, run, lent
 
 
@@ -381,6 +381,8 @@ def assess(
     appearance = look_at_features(
         items, samples, find_normals(stored.scene), [seen.greys[name] for name in rig.cameras], maps, p.appearance
     )
+    is_open = find_open(items, it.sides, support, p.appearance)[appearance.item]
+    appearance = replace(appearance, stopped=appearance.stopped & ~is_open)
     displacements = measure_displacements(stored, *where, samples, it.nearby, support, runs, p)
     uncovered = look_beneath(stored, *where, samples, it.sides, runs, maps, p)
     distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
