@@ -145,7 +145,8 @@ JOIN presence AS p ON p.run_id = g.run_id AND p.item_no = g.lead_no
 LEFT JOIN ranked AS m ON m.run_id = p.run_id AND m.item_no = p.item_no AND m.place = 1
 LEFT JOIN threshold AS t ON t.run_id = p.run_id AND t.decision = 'presence'
     AND t.name = CASE m.what WHEN 'thickness' THEN 'states.changed_wall_mm' ELSE 'states.changed_mm' END
-LEFT JOIN threshold AS k ON k.run_id = p.run_id AND k.decision = 'presence' AND k.name = 'states.changed_sigma'
+LEFT JOIN threshold AS k ON k.run_id = p.run_id AND k.decision = 'presence'
+    AND k.name = CASE m.what WHEN 'diameter' THEN 'states.changed_diameter_sigma' ELSE 'states.changed_sigma' END
 LEFT JOIN current_decision AS d ON d.inspection_run_id = p.run_id AND d.item_no = p.item_no
 LEFT JOIN run AS r ON r.id = d.run_id;
 

@@ -10,6 +10,7 @@ FROM measured_size AS m
 JOIN presence AS p ON p.run_id = m.run_id AND p.item_no = m.item_no
 LEFT JOIN threshold AS t ON t.run_id = m.run_id AND t.decision = 'presence'
     AND t.name = CASE m.what WHEN 'thickness' THEN 'states.changed_wall_mm' ELSE 'states.changed_mm' END
-LEFT JOIN threshold AS k ON k.run_id = m.run_id AND k.decision = 'presence' AND k.name = 'states.changed_sigma'
+LEFT JOIN threshold AS k ON k.run_id = m.run_id AND k.decision = 'presence'
+    AND k.name = CASE m.what WHEN 'diameter' THEN 'states.changed_diameter_sigma' ELSE 'states.changed_sigma' END
 WHERE m.run_id = :run_id AND m.what <> 'distance'
 ORDER BY m.changed DESC, p.path, m.measure_no

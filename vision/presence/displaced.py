@@ -231,7 +231,7 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     width_sigma = np.hypot(surfaces.sigma[opposed.one], surfaces.sigma[opposed.other])
     wall_moved = has_moved[opposed.item] & (surfaces.moved[opposed.one] | surfaces.moved[opposed.other])
     rows = [
-        _select("diameter", round_, items.member, diameter, diameter + grows * mm, 2 * sigma, displaced),
+        _select("diameter", round_, items.member, diameter, diameter + grows * mm, 2 * sigma, round_),
         _select("shift", round_, items.member, zero, aside, shift_sigma, displaced),
         _select("offset", single, items.member, zero, mm, sigma, moved),
         _select(
@@ -245,7 +245,8 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     every = Measures.stack(rows)
     what, off = np.array(every.what, "U9"), np.abs(every.value - every.nominal)
     least = np.where(what == "thickness", p.changed_wall_mm, p.changed_mm)
-    changed = every.changed & ((what == "offset") | (off > p.changed_sigma * every.sigma) & (off > least))
+    sigmas = np.where(what == "diameter", p.changed_diameter_sigma, p.changed_sigma)
+    changed = every.changed & ((what == "offset") | (off > sigmas * every.sigma) & (off > least))
     # A size that no part can have is dropped.
     most = np.full(len(items), np.inf)
     np.minimum.at(most, opposed.item, opposed.most)

@@ -133,9 +133,11 @@ class StateParameters:
     most_share: float = 0.3  # share of all edges in view from which a part is what the pose depends on
     least_moved_share: float = 0.05  # share of an item's edges that a surface must have to speak for it
     changed_sigma: float = 4.0
-    """standard deviations by which a diameter or thickness must differ, or a bore lie aside, to count as changed"""
+    """standard deviations by which a thickness must differ, or a bore lie aside, to count as changed"""
+    changed_diameter_sigma: float = 3.0
+    """the same of a diameter: of 418 that are as modelled none differs by 2.5 and `changed_mm`"""
     changed_mm: float = 0.8  # mm likewise: smaller differences are within the error of small bores and burrs
-    doubtful_sigma: float = 3.0  # standard deviations from which such a difference is doubtful
+    doubtful_sigma: float = 3.0  # standard deviations from which a thickness is doubtful
     changed_wall_mm: float = 1.5  # mm likewise of a thickness: both of its sides err
 
 

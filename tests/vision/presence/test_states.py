@@ -188,25 +188,22 @@ def test_what_is_told_missing_explains_its_edges(odds: float, explained: list[in
 
 
 @pytest.mark.parametrize(
-    ("mm", "sigma", "log_odds", "state", "why"),
+    ("mm", "sigma", "state", "why"),
     [
-        (0.5, 0.1, 2.0, "changed", "its size differs from the model's"),
-        (0.5, 0.1, 0.0, "not_confirmed", "a size of it may differ from the model's"),
-        (0.5, 0.16, 2.0, "not_confirmed", "a size of it may differ from the model's"),  # 3.1 sigma
-        (0.5, 0.17, 2.0, "confirmed", "its edges are found"),
-        (0.39, 0.09, 2.0, "not_confirmed", "a size of it may differ from the model's"),
-        (0.39, 0.1, 2.0, "confirmed", "its edges are found"),  # of less than .8 mm 3.9 sigma are no doubt
+        (0.5, 0.16, "changed", "its size differs from the model's"),  # 3.1 sigma
+        (0.5, 0.17, "confirmed", "its edges are found"),
+        (0.39, 0.09, "not_confirmed", "a size of it may differ from the model's"),
+        (0.39, 0.1, "confirmed", "its edges are found"),  # of less than .8 mm 3.9 sigma are no doubt
     ],
 )
-def test_a_diameter_has_changed_where_the_rims_are_found_displaced(
-    mm: float, sigma: float, log_odds: float, state: str, why: str
+def test_a_diameter_is_judged_by_its_sigma_wherever_the_rims_are_found(
+    mm: float, sigma: float, state: str, why: str
 ) -> None:
-    """A bore of 10 mm, of which either side lies so far inward."""
+    """A bore of 10 mm, of which either side lies so far inward, its rims within reach of their place."""
     it, wall = signs(((0, 2), 60, 60, 0.9, 9.0, 9)), np.arange(SURFACES) == 2
     faces = replace(
         it.surfaces, mm=np.where(wall, mm, np.nan), sigma=np.where(wall, sigma, np.nan), inward=wall,
         shift=np.where(wall[:, None], 0.0, np.nan), shift_sigma=np.where(wall, sigma, np.nan),
-        log_odds=np.where(wall, log_odds, 0.0),
     )  # fmt: skip
     found = decide(items(), np.where(wall, 5.0, np.nan), replace(it, surfaces=faces), ["0"], P.states)
     assert said(found)["hole"] == (state, why)
