@@ -1,7 +1,8 @@
--- Columns of all tables, in their order.
--- Takes nothing; gives relation, name, and type as PostgreSQL spells it.
-SELECT r.relname AS relation, c.attname AS name, format_type(c.atttypid, c.atttypmod) AS type
+-- Columns of each table, in their order.
+-- Takes nothing; gives relation, names, and types as PostgreSQL spells them.
+SELECT r.relname AS relation, array_agg(c.attname::TEXT ORDER BY c.attnum) AS names,
+    array_agg(format_type(c.atttypid, c.atttypmod) ORDER BY c.attnum) AS types
 FROM pg_attribute AS c
 JOIN pg_class AS r ON r.oid = c.attrelid
 WHERE r.relnamespace = current_schema()::regnamespace AND r.relkind = 'r' AND c.attnum > 0 AND NOT c.attisdropped
-ORDER BY relation, c.attnum
+GROUP BY relation

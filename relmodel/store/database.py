@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
-from functools import cached_property
+from functools import cache, cached_property
 from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any, Self, TypeVar
@@ -13,7 +13,8 @@ from typing import Any, Self, TypeVar
 import numpy as np
 import numpy.typing as npt
 import sqlalchemy as sa
-from sqlalchemy import Connection, Engine, Row, Table, inspect
+from sqlalchemy import Connection, Engine, Row, Table
+from sqlalchemy.exc import ProgrammingError
 from sqlalchemy.types import TypeEngine
 
 from relmodel.arrays import Columns, ColumnValues, Ints, row_count
@@ -59,6 +60,21 @@ _TRANSIENT = {"40001", "40P01", "57P01", "57P02", "57P03", None}
 T = TypeVar("T")
 
 
+@cache  # for all stores of a process: making all hundred takes longer than opening one
+def _table(dialect: Any, name: str, columns: tuple[str, ...], types: tuple[str, ...]) -> Table:
+    own = (sa.Column(column, _type(dialect, spelled)) for column, spelled in zip(columns, types, strict=True))
+    return Table(name, sa.MetaData(), *own)
+
+
+def _type(dialect: Any, spelled: str) -> TypeEngine[Any]:
+    """The type that a database spells so, as `DECIMAL(9,2)` or `double precision[]`; one that is not known, of tables
+    that somebody else keeps in the database, is left open."""
+    name, _, size = spelled.lower().removesuffix("[]").rstrip(")").partition("(")
+    kind = (_TYPES | dialect.ischema_names).get(name, sa.types.NullType)
+    one = kind(*map(int, size.split(","))) if size else kind()
+    return sa.ARRAY(one) if spelled.endswith("[]") else one
+
+
 class Database:
     """What a store is made in.  All reading and writing goes through connections that `read` and `write` return.
 
@@ -73,7 +89,6 @@ class Database:
         self._read_only = read_only
         self.is_closed = False
         self.dead_runs: list[int] = []
-        self._tables: dict[str, Table] = {}  # made so far: making all hundred takes longer than opening the store
         self.watch: Callable[[str, str], None] | None = None
 
     @property
@@ -92,10 +107,8 @@ class Database:
         self._refuse_closed()
         if self.file is not None and not self.file.exists():
             return None
-        with self.read() as connection:
-            if not {"sds_relation", "alembic_version"} <= set(inspect(connection).get_table_names()):
-                return None
-            return str(self.rows(connection, "store/revision")[0].version_num)
+        found = self.rows_if_there("store/revision")
+        return str(found[0].version_num) if found else None
 
     def release(self) -> None:
         """Close a DuckDB file for other processes until the next read or write, which waits where another writes it."""
@@ -132,32 +145,18 @@ class Database:
         return self.engine.dialect.name
 
     @cached_property
-    def _columns(self) -> dict[str, list[tuple[str, str]]]:
-        """Name and type of each column of all tables, in one query: SQLAlchemy's reflection takes ten times longer."""
+    def _columns(self) -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
+        """Names and types of the columns of each table, in one query: SQLAlchemy reflects them in ten times as long."""
         with self.read() as connection:
             rows = self.rows(connection, f"store/columns.{self.dialect}")
-        columns: dict[str, list[tuple[str, str]]] = {}
-        for row in rows:
-            columns.setdefault(row.relation, []).append((row.name, row.type))
-        return columns
+        return {row.relation: (tuple(row.names), tuple(row.types)) for row in rows}
 
     def table(self, name: str) -> Table:
         """Table of the store, with the columns that are there: they are spelled in `schema/` only."""
         if name not in self._columns:
             raise ValueError(f"the store has no table {name!r}")
-        if name not in self._tables:
-            own = (sa.Column(column, self._type(kind)) for column, kind in self._columns[name])
-            self._tables[name] = Table(name, sa.MetaData(), *own)
-        return self._tables[name]
-
-    def _type(self, spelled: str) -> TypeEngine[Any]:
-        """The type that the database spells so, as `DECIMAL(9,2)` or `double precision[]`; one that is not known, of
-        tables that somebody else keeps in the database, is left open."""
-        name, _, size = spelled.lower().removesuffix("[]").rstrip(")").partition("(")
-        known: dict[str, Any] = self.engine.dialect.ischema_names  # type: ignore[attr-defined]
-        kind = (_TYPES | known).get(name, sa.types.NullType)
-        one = kind(*map(int, size.split(","))) if size else kind()
-        return sa.ARRAY(one) if spelled.endswith("[]") else one
+        dialect: Any = type(self.engine.dialect)
+        return _table(dialect, name, *self._columns[name])
 
     @cached_property
     def _place(self) -> dict[str, int]:
@@ -273,6 +272,16 @@ class Database:
     def rows(self, connection: Connection, name: str, /, **parameters: Any) -> Sequence[Row[Any]]:
         """Rows of the named query `queries/NAME.sql`."""
         return connection.execute(sql.query(name), parameters).all()
+
+    def rows_if_there(self, name: str) -> Sequence[Row[Any]] | None:
+        """Rows of the named query; None where a table that it asks is not there."""
+        try:
+            with self.read() as connection:
+                return self.rows(connection, name)
+        except ProgrammingError as error:  # sooner said than by a look through the catalogue
+            if type(error.orig).__name__ not in ("CatalogException", "UndefinedTable"):
+                raise
+            return None
 
     def columns(self, connection: Connection, name: str, /, **parameters: Any) -> dict[str, npt.NDArray[Any]]:
         """Result of the named query by columns: arrays of one length, list columns as object arrays of arrays.

@@ -107,9 +107,8 @@ def _existing(url: URL) -> URL:
 
 def _check_schema(store: Store) -> None:
     """Raise StoreError where the store was made with another schema of the same revision, as before a release."""
-    with store.read() as connection:
-        noted = inspect(connection).has_table("store")
-        made_with = {str(row.sha256) for row in store.rows(connection, "store/schema_hash")} if noted else {"unknown"}
+    found = store.rows_if_there("store/schema_hash")
+    made_with = {"unknown"} if found is None else {str(row.sha256) for row in found}
     ours = sql.schema_hash(store.dialect)
     if made_with != {ours}:
         raise StoreError(

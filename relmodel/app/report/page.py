@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from sqlalchemy import Connection
 
 import relmodel
@@ -181,9 +181,9 @@ def table_cell(value: Any, link: str = "", name: str = "") -> Markup:
     """A cell of a table, figures set to the right; link: where it leads; name: of its column, where a narrow page has
     no line for these.  (No macro: there are thousands.)"""
     kind = "figure" if is_figure(value) else "words" if isinstance(value, str) and len(value) > 40 else ""
-    words = Markup('<a href="{}">{}</a>').format(link, cell(value)) if link else cell(value)
-    own = Markup(' data-name="{}"').format(visible(name.replace("_", " "))) if name else ""
-    return (Markup('<td{} class="{}">{}</td>') if kind else Markup("<td{0}>{2}</td>")).format(own, kind, words)
+    words = f'<a href="{escape(link)}">{escape(cell(value))}</a>' if link else escape(cell(value))
+    own = f' data-name="{escape(visible(name.replace("_", " ")))}"' if name else ""
+    return Markup(f'<td{own} class="{kind}">{words}</td>' if kind else f"<td{own}>{words}</td>")
 
 
 def is_figure(value: Any) -> bool:
