@@ -128,13 +128,11 @@ def reads_here(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="session")
-def duckdb_template(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def duckdb_template(make_once: Callable[..., Path]) -> Path:
     """A DuckDB store with nothing in it, to be copied: making the schema takes longer."""
     from relmodel.store import Store
 
-    file = tmp_path_factory.mktemp("template") / "store.duckdb"
-    Store.create(file).close()
-    return file
+    return make_once("template", lambda folder: Store.create(folder / "store.duckdb").close()) / "store.duckdb"
 
 
 @pytest.fixture

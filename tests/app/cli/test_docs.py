@@ -75,7 +75,7 @@ def check(words: list[str]) -> None:
         assert find_spec(words[2]), words
     elif "--help" not in words:
         try:
-            parser().parse_args(words[1:])
+            parser(words[1]).parse_args(words[1:])
         except SystemExit:
             pytest.fail(f"the program does not take: {shlex.join(words)}")
 
