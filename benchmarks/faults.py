@@ -69,7 +69,6 @@ LATER = ("vision/presence/states.py", "vision/localisation/verdict.py")  # told 
 TEST_SECONDS, CALL_SECONDS, MOST_SECONDS = 20.0, 120.0, 90.0
 LEAST, LEAST_OF_FOLDER = 0.85, 0.70
 
-
 CALLS_OF_SQL = {"schema": ["find"], "queries": ["find", "inspect", "no_prior", "one_picture"]}
 PRODUCT = ("relmodel", "vision", "schema", "queries", "examples/demo", "benchmarks/fault_calls.py")
 COUNTED = ("caught", "survived")

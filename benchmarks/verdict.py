@@ -62,7 +62,6 @@ from vision.localisation.localise import Localisation
 from vision.localisation.verdict import Verdict, VerdictStatistics
 from vision.localisation.views import Observation
 from vision.scene import Scenes
-from vision.stereo.match import match_stereo
 
 # One camera does not see the object, or the cameras disagree.
 REFUSED_OTHERWISE = ("swapped", "mirrored", "turned", "focal", "baseline")
@@ -153,13 +152,9 @@ def locate(
     """What an inspection says of a trial's pose; None where nothing lies where its prior looks."""
     p = inspection_parameters.DEFAULTS
     with models.open(trial.model) as store, Run.begin(store, "inspect", {}) as run:
-        stereo = None
-        if len(found) > 1:
-            left, right = found.values()
-            stereo = match_stereo(trial.rig, left, right, p.stereo)
         scenes = Scenes(store)
         seen = Observation(trial.rig, found, trial.pictures)
-        locator = Locator(run, scenes, 1, "cell", seen, stereo, needs or NEEDS[len(found)], p)
+        locator = Locator(run, scenes, 1, "cell", seen, needs or NEEDS[len(found)], p)
         try:
             target = select_parts(scenes, 1, "cell", trial.rig, trial.prior, p.selection)
         except InputError:

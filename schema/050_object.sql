@@ -146,23 +146,17 @@ CREATE VIEW object_child (  -- object: Objects and parts placed directly in an o
 ) AS
 WITH instance AS (
     SELECT parent_id, child_no, replace(name, '/', '_') AS name, child_id AS object_id, CAST(NULL AS BIGINT) AS part_id,
-        m00, m01, m02, m03,
-        m10, m11, m12, m13,
-        m20, m21, m22, m23
+        m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
     FROM object_object
     UNION ALL
     SELECT object_id, child_no, replace(name, '/', '_'), CAST(NULL AS BIGINT), part_id,
-        m00, m01, m02, m03,
-        m10, m11, m12, m13,
-        m20, m21, m22, m23
+        m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
     FROM object_part
 )
 SELECT parent_id, child_no, object_id, part_id,
     CASE WHEN name = '' OR strpos(name, '#') > 0 OR count(*) OVER (PARTITION BY parent_id, name) > 1
         THEN name || '#' || CAST(child_no AS TEXT) ELSE name END AS segment,
-    m00, m01, m02, m03,
-    m10, m11, m12, m13,
-    m20, m21, m22, m23
+    m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
 FROM instance;
 
 -- Of a million rows, a key, a unique path and foreign keys would take more time than all else: queries of check/ look

@@ -91,9 +91,7 @@ CREATE VIEW world_object (  -- world: Objects placed in each revision of a world
     m20, m21, m22, m23
 ) AS
 SELECT w.id AS world_id, p.object_no, p.name, b.object_variant_id, p.object_id, b.role, b.tolerance_mm,
-    b.m00, b.m01, b.m02, b.m03,
-    b.m10, b.m11, b.m12, b.m13,
-    b.m20, b.m21, b.m22, b.m23
+    b.m00, b.m01, b.m02, b.m03, b.m10, b.m11, b.m12, b.m13, b.m20, b.m21, b.m22, b.m23
 FROM world AS w
 JOIN placed_object AS p ON p.world = w.name
 JOIN placed_body AS b ON b.object_no = p.object_no AND b.body_no = 0
@@ -220,9 +218,7 @@ CREATE VIEW occurrence (  -- world: Every object and part as placed in a revisio
     x1, y1, z1  -- greatest x, y and z of the box of the transformed shape box in the world, mm; null of objects
 ) AS
 SELECT o.id, o.world_id, o.parent_id, o.object_no, o.kind, o.path, o.object_id, o.part_id, o.shape_id, o.page,
-    o.m00, o.m01, o.m02, o.m03,
-    o.m10, o.m11, o.m12, o.m13,
-    o.m20, o.m21, o.m22, o.m23,
+    o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23,
     least(o.m00 * s.x0, o.m00 * s.x1) + least(o.m01 * s.y0, o.m01 * s.y1)
         + least(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x0,
     least(o.m10 * s.x0, o.m10 * s.x1) + least(o.m11 * s.y0, o.m11 * s.y1)

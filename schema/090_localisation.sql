@@ -206,8 +206,9 @@ SELECT i.run_id, i.verdict, i.reason, i.posterior,
 FROM inspection AS i
 LEFT JOIN hypothesis AS h ON h.run_id = i.run_id AND h.hypothesis_no = 0;
 
-CREATE TABLE base_correction (  -- localisation: Where the base of the arm that carries the rig stands by an accepted pose: of rigs that the world mounts.
-    run_id BIGINT PRIMARY KEY,  -- REFERENCES inspection (run_id): the run
+CREATE TABLE base_correction (  -- localisation: Where the bases of the arms that carry rigs stand by an accepted pose: of rigs that the world mounts.
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
+    base_no INTEGER NOT NULL,  -- ordinal in the run, from 0: the first's pose is the answer's
     object_no INTEGER NOT NULL,  -- REFERENCES placed_object (object_no): the object that carries the rig, or has the robot nested in it that does
     robot TEXT NOT NULL,  -- path of the robot in that object, as in occurrence; empty: the object itself
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_base, corrected
@@ -216,6 +217,7 @@ CREATE TABLE base_correction (  -- localisation: Where the base of the arm that 
     shift_x DOUBLE PRECISION NOT NULL, shift_y DOUBLE PRECISION NOT NULL, shift_z DOUBLE PRECISION NOT NULL,  -- how far the base's origin is from where the world has it, along the world's x, y and z, mm
     turn_x DOUBLE PRECISION NOT NULL, turn_y DOUBLE PRECISION NOT NULL, turn_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the rotation vector from the base as the world has it, in its frame, rad
     covariance DOUBLE PRECISION[] NOT NULL,  -- 36 numbers, row-major: covariance of the base, of a right perturbation in its frame, (t mm, r rad)
+    PRIMARY KEY (run_id, base_no),
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -223,14 +225,15 @@ CREATE TABLE base_correction (  -- localisation: Where the base of the arm that 
 );
 
 CREATE TABLE joint_correction (  -- localisation: The joints with which the base was corrected: fixed, or corrected along with it.
-    run_id BIGINT NOT NULL,  -- REFERENCES base_correction (run_id): the run
+    run_id BIGINT NOT NULL,  -- the run
+    base_no INTEGER NOT NULL,  -- REFERENCES base_correction (run_id, base_no): the base of the arm
     joint TEXT NOT NULL,  -- name of the joint; fixed joints are left out
     stated_value DOUBLE PRECISION NOT NULL,  -- its value as the world has it, or the call gave it, rad or mm
     prior_sigma DOUBLE PRECISION,  -- standard deviation of that, rad or mm; null where the joint is fixed, or follows another
     value DOUBLE PRECISION NOT NULL,  -- its corrected value, rad or mm
     sigma DOUBLE PRECISION,  -- standard deviation of that, rad or mm; null where the joint is fixed, or follows another
     unit TEXT NOT NULL,  -- of all these, mm or rad
-    PRIMARY KEY (run_id, joint),
+    PRIMARY KEY (run_id, base_no, joint),
     CHECK (prior_sigma > 0 AND sigma > 0),
     CHECK ((prior_sigma IS NULL) = (sigma IS NULL))
 );

@@ -48,17 +48,19 @@ CREATE TABLE camera_unknown (  -- localisation: What was solved of each camera a
     PRIMARY KEY (run_id, camera, name)
 );
 
-CREATE TABLE standpoint (  -- localisation: The standpoints of one rig whose pictures an inspection took together, their cameras named STANDPOINT/CAMERA.
+CREATE TABLE standpoint (  -- localisation: The standpoints of rigs whose pictures an inspection took together, their cameras named STANDPOINT/CAMERA.
     run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     standpoint_no INTEGER NOT NULL,  -- ordinal in the run, from 0; the frame of the inspection's rig is that of the first that is not ignored
     name TEXT NOT NULL,  -- its name
     rig_id BIGINT NOT NULL,  -- REFERENCES rig (id): the rig that stood there
+    carrier TEXT,  -- name of the object that carried it; null where the world does not mount it
     ignored BOOLEAN NOT NULL,  -- whether its pictures were left out
     joints JSON NOT NULL,  -- values of the joints (rad, mm) that said where it is, by name
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig as stated
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
     covariance DOUBLE PRECISION[] NOT NULL,  -- 6x6 row-major, as stated, of a right perturbation in the rig's frame: t mm, then r rad
+    sway DOUBLE PRECISION[] NOT NULL,  -- 6x6 row-major: that perturbation, by a standard deviation of each number of where the base of its carrier stands
     moved DOUBLE PRECISION[],  -- that perturbation (6) as solved; this and the next two are null where it has no picture or no pose was found
     covariance_left DOUBLE PRECISION[],  -- what pictures and the other standpoints leave open of it, as covariance
     sigmas DOUBLE PRECISION,  -- by how many standard deviations they contradict it, of one number that is as improbable

@@ -112,9 +112,7 @@ WITH asked_box AS MATERIALIZED (
 ),
 near_body AS MATERIALIZED (
     SELECT a.volume_no, a.x0, a.y0, a.z0, a.x1, a.y1, a.z1, p.world, p.name, p.object_no, p.object_id, b.body_no,
-        b.m00, b.m01, b.m02, b.m03,
-        b.m10, b.m11, b.m12, b.m13,
-        b.m20, b.m21, b.m22, b.m23
+        b.m00, b.m01, b.m02, b.m03, b.m10, b.m11, b.m12, b.m13, b.m20, b.m21, b.m22, b.m23
     FROM asked_box AS a
     JOIN placed_body AS b ON b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1
         AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0
@@ -183,25 +181,19 @@ met AS MATERIALIZED (  -- by the boxes around the placed boxes of the shapes and
         AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
 )
 SELECT o.volume_no, o.world, o.occurrence_id, o.path, o.shape_id, -1, p.name,
-    o.m00, o.m01, o.m02, o.m03,
-    o.m10, o.m11, o.m12, o.m13,
-    o.m20, o.m21, o.m22, o.m23,
+    o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23,
     o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
 FROM met AS o
 JOIN part AS p ON p.id = o.part_id
 WHERE in_level = 'part'
 UNION ALL
 SELECT o.volume_no, o.world, o.occurrence_id, o.path, o.shape_id, o.element_no, o.name,
-    o.m00, o.m01, o.m02, o.m03,
-    o.m10, o.m11, o.m12, o.m13,
-    o.m20, o.m21, o.m22, o.m23,
+    o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23,
     o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1, o.part_x0, o.part_y0, o.part_z0, o.part_x1, o.part_y1, o.part_z1, o.x0,
     o.y0, o.z0, o.x1, o.y1, o.z1
 FROM (
     SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.world, o.occurrence_id, o.path, o.shape_id,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23,
+        o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23,
         e.element_no, e.name, e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
         o.x0 AS part_x0, o.y0 AS part_y0, o.z0 AS part_z0, o.x1 AS part_x1, o.y1 AS part_y1, o.z1 AS part_z1,
         reach_back(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,

@@ -46,9 +46,7 @@ placed_page AS MATERIALIZED (  -- pages of the bodies as they stand, and how far
         b.m20 * g.x + b.m21 * g.y + b.m22 * g.z + b.m23 AS z, abs(b.m20) * g.rx + abs(b.m21) * g.ry + abs(b.m22) * g.rz + 1e-6 AS rz
     FROM (
         SELECT p.world, p.name, p.object_id, b.object_no, b.body_no,
-            b.m00, b.m01, b.m02, b.m03,
-            b.m10, b.m11, b.m12, b.m13,
-            b.m20, b.m21, b.m22, b.m23
+            b.m00, b.m01, b.m02, b.m03, b.m10, b.m11, b.m12, b.m13, b.m20, b.m21, b.m22, b.m23
         FROM placed_body AS b
         JOIN placed_object AS p ON p.object_no = b.object_no
         CROSS JOIN (

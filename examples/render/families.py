@@ -239,7 +239,6 @@ def _round(
 
 _rod = partial(_round, cut=False, may=("missing",))
 
-
 CORNERS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 
 

@@ -11,13 +11,11 @@ SELECT 'image_region', r.extraction_id, count(*)
 FROM image_region AS r
 LEFT JOIN extraction AS e ON e.id = r.extraction_id
 GROUP BY r.extraction_id
-HAVING count(e.id) < count(*) OR min(r.region_no) < 0 OR max(r.region_no) >= count(*)
-    OR count(DISTINCT r.region_no) < count(*)
+HAVING count(e.id) < count(*) OR min(r.region_no) < 0 OR max(r.region_no) >= count(*) OR count(DISTINCT r.region_no) < count(*)
 UNION ALL
 SELECT 'unit', u.unit_set_id, count(*)
 FROM unit AS u
 LEFT JOIN unit_set AS s ON s.id = u.unit_set_id
 GROUP BY u.unit_set_id
-HAVING count(s.id) < count(*) OR min(u.unit_no) < 0 OR max(u.unit_no) >= count(*)
-    OR count(DISTINCT u.unit_no) < count(*)
+HAVING count(s.id) < count(*) OR min(u.unit_no) < 0 OR max(u.unit_no) >= count(*) OR count(DISTINCT u.unit_no) < count(*)
 ORDER BY relation, id

@@ -4,9 +4,7 @@
 WITH RECURSIVE robot AS (
     SELECT o.world_id, w.name AS world, w.revision, o.object_no, o.object_id, o.path,
         CASE WHEN o.parent_id IS NULL THEN '' ELSE substr(o.path, strpos(o.path, '/') + 1) END AS robot,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23
+        o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23
     FROM occurrence AS o
     JOIN world AS w ON w.id = o.world_id
     WHERE o.object_id IN (SELECT object_id FROM joint)
@@ -57,9 +55,7 @@ step AS (
 ),
 placed AS (
     SELECT r.world_id, r.object_no, r.robot, i.name AS link,
-        r.m00, r.m01, r.m02, r.m03,
-        r.m10, r.m11, r.m12, r.m13,
-        r.m20, r.m21, r.m22, r.m23
+        r.m00, r.m01, r.m02, r.m03, r.m10, r.m11, r.m12, r.m13, r.m20, r.m21, r.m22, r.m23
     FROM robot AS r
     JOIN object_object AS i ON i.parent_id = r.object_id
     WHERE NOT EXISTS (SELECT 1 FROM joint AS j WHERE j.object_id = r.object_id AND j.child_link = i.name)

@@ -8,5 +8,5 @@ SELECT c.run_id, r.began_at, w.world, CASE WHEN c.robot = '' THEN w.name ELSE w.
 FROM base_correction AS c
 JOIN run AS r ON r.id = c.run_id
 JOIN placed_object AS w ON w.object_no = c.object_no
-ORDER BY c.run_id DESC
+ORDER BY c.run_id DESC, c.base_no
 LIMIT 10

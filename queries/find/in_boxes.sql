@@ -6,9 +6,7 @@
 SELECT volume_no, occurrence_id, shape_id, element_no, path, name,
     x0, y0, z0, x1, y1, z1,
     shape_x0, shape_y0, shape_z0, shape_x1, shape_y1, shape_z1,
-    m00, m01, m02, m03,
-    m10, m11, m12, m13,
-    m20, m21, m22, m23
+    m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
 FROM all_about_boxes(
     CAST(:level AS TEXT), CAST(:volume_no AS INTEGER[]),
     CAST(:x0 AS DOUBLE PRECISION[]), CAST(:y0 AS DOUBLE PRECISION[]), CAST(:z0 AS DOUBLE PRECISION[]),

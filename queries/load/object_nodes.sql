@@ -10,9 +10,7 @@
 -- a slash in a name becomes _; a name that siblings share, that is empty or that holds a # gets # and its ordinal.
 WITH RECURSIVE child AS MATERIALIZED (
     SELECT parent_id, child_no, object_id, part_id, segment,
-        m00, m01, m02, m03,
-        m10, m11, m12, m13,
-        m20, m21, m22, m23
+        m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
     FROM object_child
 ),
 robot AS (
@@ -50,15 +48,11 @@ placed AS (  -- an object in a robot is a body, and stands in its own frame
 ),
 numbered AS MATERIALIZED (
     SELECT row_number() OVER (ORDER BY ordinals) - 1 AS number, depth, link, path, object_id,
-        m00, m01, m02, m03,
-        m10, m11, m12, m13,
-        m20, m21, m22, m23
+        m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
     FROM placed
 )
 SELECT p.number, -1 AS child_no, p.depth, p.link, p.path, p.object_id AS child_id, -1 AS part_id, -1 AS shape_id,
-    p.m00, p.m01, p.m02, p.m03,
-    p.m10, p.m11, p.m12, p.m13,
-    p.m20, p.m21, p.m22, p.m23,
+    p.m00, p.m01, p.m02, p.m03, p.m10, p.m11, p.m12, p.m13, p.m20, p.m21, p.m22, p.m23,
     CAST(NULL AS DOUBLE PRECISION) AS x0, CAST(NULL AS DOUBLE PRECISION) AS y0, CAST(NULL AS DOUBLE PRECISION) AS z0,
     CAST(NULL AS DOUBLE PRECISION) AS x1, CAST(NULL AS DOUBLE PRECISION) AS y1, CAST(NULL AS DOUBLE PRECISION) AS z1
 FROM numbered AS p

@@ -20,9 +20,7 @@ inside AS (
     UNION ALL
     SELECT i.depth + 1, CASE WHEN i.path = '' THEN c.segment ELSE i.path || '/' || c.segment END, i.path, o.name,
         c.object_id,
-        c.m00, c.m01, c.m02, c.m03,
-        c.m10, c.m11, c.m12, c.m13,
-        c.m20, c.m21, c.m22, c.m23
+        c.m00, c.m01, c.m02, c.m03, c.m10, c.m11, c.m12, c.m13, c.m20, c.m21, c.m22, c.m23
     FROM inside AS i
     JOIN object_child AS c ON c.parent_id = i.object_id
     JOIN holds AS h ON h.object_id = c.object_id
@@ -30,8 +28,6 @@ inside AS (
 )
 SELECT i.path, i.above, i.name, i.object_id,
     EXISTS (SELECT 1 FROM joint AS j WHERE j.object_id = i.object_id) AS moves,
-    i.m00, i.m01, i.m02, i.m03,
-    i.m10, i.m11, i.m12, i.m13,
-    i.m20, i.m21, i.m22, i.m23
+    i.m00, i.m01, i.m02, i.m03, i.m10, i.m11, i.m12, i.m13, i.m20, i.m21, i.m22, i.m23
 FROM inside AS i
 ORDER BY i.depth, i.path

@@ -13,9 +13,7 @@
 -- look for first.
 WITH near AS (  -- pages whose box, carried into the world, meets the volume's
     SELECT a.*, b.store_id, b.world, b.name AS object_name, b.object_no, b.object_id,
-        b.m00, b.m01, b.m02, b.m03,
-        b.m10, b.m11, b.m12, b.m13,
-        b.m20, b.m21, b.m22, b.m23,
+        b.m00, b.m01, b.m02, b.m03, b.m10, b.m11, b.m12, b.m13, b.m20, b.m21, b.m22, b.m23,
         p.page_range, p.page
     FROM placed_body AS b
     JOIN (

@@ -9,9 +9,7 @@ WITH counted AS (
 )
 SELECT n.object_id, n.page, n.node_no, n.body_no, n.path, part.number, part.name, n.part_id, n.shape_id,
     n.x0, n.y0, n.z0, n.x1, n.y1, n.z1,
-    n.m00, n.m01, n.m02, n.m03,
-    n.m10, n.m11, n.m12, n.m13,
-    n.m20, n.m21, n.m22, n.m23
+    n.m00, n.m01, n.m02, n.m03, n.m10, n.m11, n.m12, n.m13, n.m20, n.m21, n.m22, n.m23
 FROM counted AS c
 JOIN object_node AS n ON n.object_id = c.object_id AND n.page = c.page
 JOIN part ON part.id = n.part_id

@@ -166,7 +166,7 @@ _TRANSFORMS = {
 # What every row says of its origin.
 _CARRIED = ("store_id", "cell", "run")
 # Tables of one row, which are objects in JSON.
-_SINGLE = ("inspection", "prior", "base_correction")
+_SINGLE = ("inspection", "prior")
 # glTF's cameras look along -z with y up, OpenCV's along z with y down.
 _CAMERA_FROM_GLTF = np.diag([1.0, -1.0, -1.0, 1.0])
 _NEAR_M = 0.01

@@ -60,6 +60,14 @@ def skew(v: npt.ArrayLike) -> Floats:
     return out - np.swapaxes(out, -1, -2)
 
 
+def carry(a_from_b: Floats) -> Floats:
+    """What takes a small right perturbation (t, r) of frame b to that (6, 6) of frame a, fixed to it."""
+    out = np.zeros((6, 6))
+    out[:3, :3] = out[3:, 3:] = a_from_b[:3, :3]
+    out[:3, 3:] = skew(a_from_b[:3, 3]) @ a_from_b[:3, :3]
+    return out
+
+
 def rotation_matrix(r: npt.ArrayLike) -> Floats:
     """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) in radians (Rodrigues)."""
     r = np.asarray(r, float)

@@ -45,7 +45,6 @@ from relmodel.labelling.problem import (
 # again from the messages of a softened minimum. All values are integers, costs times SCALE, so the bound is exact and a
 # cost, being an integer, is at least bound / SCALE rounded up.
 
-
 SCALE = 1000
 _HOTTEST, _COLDEST = 0.3, 0.01  # temperatures, of the mean gain
 _STEEPEST = 300.0  # greatest gain over a temperature: beyond, its exponential is not a number

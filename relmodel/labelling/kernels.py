@@ -13,7 +13,6 @@ from relmodel.compiled import helper, kernel
 # All values are scaled integers. `live` (candidates + units,) says which states are allowed: candidates, then having no
 # label. Messages of candidates that are not live are `FAR`, so that they ask nothing of their neighbours.
 
-
 FAR = 1 << 50  # beyond any sum of scaled costs
 
 

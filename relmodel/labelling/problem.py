@@ -21,7 +21,6 @@ from relmodel.arrays import Ints
 # without a label, save nothing. This is the relational distance of Shapiro and Haralick (IEEE PAMI 7, 1985) with nulls,
 # unary costs, weights, and confirmation by degrees. All costs are integers, so bounds may be rounded up.
 
-
 NONE = -1  # in the place of a label: the unit has none
 # Sums of this many costs stay far inside 64 bits, scaled duals included.
 LARGEST_COST = 10**9

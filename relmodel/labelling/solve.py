@@ -26,7 +26,6 @@ from relmodel.labelling.problem import BOUNDED, NONE, STOPPED, MatchingProblem, 
 # errors of units that have their label are left out of the bound, so it says less and less as the search goes deeper;
 # 3. it branches on whole functions only, so a labelling that no sequence of them spells out is never seen.
 
-
 PAPER = "paper"
 MOST_FUNCTIONS = 200_000
 
@@ -161,11 +160,7 @@ PAPER_NODES = 100
 
 
 def solve(
-    problem: MatchingProblem,
-    mode: str = branch_and_bound.MODE,
-    *,
-    nodes: int = NODES,
-    seconds: float | None = None,
+    problem: MatchingProblem, mode: str = branch_and_bound.MODE, *, nodes: int = NODES, seconds: float | None = None
 ) -> MatchingResult:
     """The labelling of least cost, or the best that was found, with a bound.
 

@@ -19,6 +19,7 @@ from relmodel.geometry.transforms import (
     Joint,
     JointTree,
     Mimic,
+    carry,
     inverse,
     matrices,
     rigid,
@@ -297,6 +298,12 @@ class Carrier:
         """Whether any of this is given."""
         return self.on is not None or bool(self.joints) or bool(self.joint_sigmas)
 
+    def named(self, on: str) -> Carrier:
+        """What is known of that one of several; joints are of all, unless they are of one."""
+        if not on or on == self.on:
+            return self
+        return replace(self, on=on) if self.on is None else replace(self, on=on, joints={}, joint_sigmas={})
+
 
 @dataclass(frozen=True)
 class Correction:
@@ -381,7 +388,7 @@ def correct_base(
         information[6:, 6:] += np.diag(joint_weight)
         downhill = np.concatenate([base_slope.T @ base_weight @ away, joint_weight * change])
         step = -np.linalg.solve(information, slope.T @ weight @ error + downhill)
-        base, change = _perturbed(base, step[:6]), change + step[6:]
+        base, change = base @ rigid(rotation_matrix(step[3:6]), step[:3]), change + step[6:]
         if np.abs(step).max() < _CONVERGED:
             break
     posterior: Floats = np.asarray(np.linalg.inv(information), float)
@@ -407,10 +414,7 @@ def _chain(mounted: MountedRig, values: dict[str, float], names: list[str]) -> t
         object_from_link = mounted.tree.poses(values)[mounted.link]
         screws = mounted.tree.screws(mounted.link, values, names)
     object_from_rig = np.asarray(object_from_link @ mounted.link_from_rig)
-    rig_from_object = inverse(object_from_rig)
-    turn, shift = rig_from_object[:3, :3], rig_from_object[:3, 3]
-    adjoint = np.block([[turn, skew(shift) @ turn], [np.zeros((3, 3)), turn]])  # takes twists (v, w) to the rig's frame
-    return object_from_rig, adjoint @ np.hstack([np.eye(6), screws])
+    return object_from_rig, carry(inverse(object_from_rig)) @ np.hstack([np.eye(6), screws])
 
 
 def _information(covariance: Floats, what: str) -> Floats:
@@ -422,10 +426,6 @@ def _information(covariance: Floats, what: str) -> Floats:
         raise InputError(f"the covariance of {what} is not positive: give one that has an inverse")
     inner = np.linalg.inv(covariance / np.outer(scale, scale))
     return np.asarray(inner / np.outer(scale, scale))
-
-
-def _perturbed(transform: Floats, delta: Floats) -> Floats:
-    return np.asarray(transform @ rigid(rotation_matrix(delta[3:]), delta[:3]))
 
 
 def _perturbation(a: Floats, b: Floats) -> tuple[Floats, Floats]:

@@ -26,7 +26,6 @@ from tests.synthetic_model import SyntheticModel, place_things
 STEP = 1e-5  # mm by which volumes reach a box, or do not: more than rounding
 TURNS = [np.zeros(3), np.array([np.pi / 2, 0, 0]), np.array([0, np.pi / 2, 0]), np.array([0.4, -1.1, 0.7])]
 
-
 PLACES = {f"{i}": pose_of([0, 700.0 * i, -300.0 * i], turn) for i, turn in enumerate(TURNS)}
 
 

@@ -13,7 +13,6 @@ from tests.poses import pose_of
 CONFIDENCE = 0.99
 SIGMAS2 = 16.811893829770927  # of the chi-square distribution with six degrees of freedom at 0.99, from tables
 
-
 WORLD_FROM_RIG = pose_of([500, -200, 900], [0.4, 2.1, -0.3])
 RIG_FROM_CAMERA = pose_of([150, 30, -40], [0.1, -0.2, 0.05])
 

@@ -183,7 +183,8 @@ def leave_standpoint(model: Model) -> None:
     """A standpoint that counts, and took no picture."""
     add_presence(model)
     given: dict[str, Any] = {"run_id": [1], "standpoint_no": 0, "name": "a", "rig_id": 1, "ignored": False}
-    model["standpoint"] = given | {"joints": "{}", "covariance": [[0.0] * 36]} | transform(0, [0, 0, 0])
+    square = {name: [[0.0] * 36] for name in ("covariance", "sway")}
+    model["standpoint"] = given | square | {"joints": "{}"} | transform(0, [0, 0, 0])
 
 
 FAULTS = {

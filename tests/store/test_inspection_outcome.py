@@ -49,7 +49,8 @@ def outcome(target: str, states: list[str], variants: Variants, verdict: str = "
             weighed |= {"against": [variants[k][2] for k in order], "placed": order == 0, "object_no": 0}
             weighed |= {"rank_no": np.arange(len(order)), "object_variant_id": ids[order]}
             run.append(connection, "variant_evidence", {"run_id": run.id, **weighed})
-        return read_outcome(store, run.id)
+        with store.read() as connection:
+            return read_outcome(store, connection, run.id)
 
 
 @pytest.fixture(scope="module")
@@ -202,7 +203,8 @@ def test_a_refusal_names_its_likeliest_cause(
             if "calibration" in failed:
                 words = {"kind": ["rig"], "sentence": ["the focal length is 4.8 % greater"]}
                 run.append(connection, "inspection_sentence", {"run_id": run.id, "sentence_no": [0], **words})
-        found = read_outcome(store, run.id)
+        with store.read() as connection:
+            found = read_outcome(store, connection, run.id)
     assert found.cause == cause
     assert ("the focal length is 4.8 % greater" in found.refusal[0]) == ("calibration" in failed)
     assert found.refusal[0].startswith("likely cause: ")

@@ -18,7 +18,6 @@ from tests.store.children import CHILDREN, die_before_the_last_name, extract, ex
 
 IMAGES = "SELECT count(*) FROM image"
 
-
 ANY = {"low": 0, "high": 9999} | dict.fromkeys(("kind", "state", "verdict", "part", "text"))
 
 

@@ -24,7 +24,6 @@ from relmodel.store import Store
 # Radial as a ratio of polynomials in r^2 (Brown; k4 to k6 the divisor), tangential p, thin prism s, then the sensor
 # tilted by tx and ty (rad): the model of cv2.projectPoints, in directions x/z, y/z.
 
-
 COUNT = 14
 _MOST_STEPS, _CONVERGED = 20, 1e-12
 
@@ -255,15 +254,21 @@ USUAL_CALIBRATION = CalibrationSigma(0.002, 0.7, 0.15, 3e-4, 0.002)
 class Standpoint:
     """Where a rig stood that took pictures of one unmoving object from several places.
 
-    world_from_rig: as stated (4, 4).  covariance: (6, 6) of a right
-    perturbation in the rig's frame there, t mm then r rad, by which it may be off, independently of the others.
+    world_from_rig: as stated (4, 4).  covariance: (6, 6) of a right perturbation in the rig's frame there, t mm then r
+    rad, by which it may be off, independently of the others.
     joints: at which the world was asked for it, where they were given.  ignored: whether its pictures are left out.
+    carrier: name of the object that the world mounts the rig on, empty where there is none; sway: (6, 6) by which a
+    standard deviation of each of the six numbers of where that one's base stands moves the rig.
+    rig: that which stood there, where it is not the one that is moved.
     """
 
     world_from_rig: Floats
     covariance: Floats
     joints: Mapping[str, float] = field(default_factory=dict)
     ignored: bool = False
+    carrier: str = ""
+    sway: Floats = field(default_factory=lambda: np.zeros((6, 6)))
+    rig: Rig | None = None
 
     @cached_property
     def root(self) -> Floats:
@@ -290,13 +295,15 @@ class Rig:
     moved: Rig | None = None
 
     def at_standpoints(self, standpoints: dict[str, Standpoint]) -> Rig:
-        """The cameras of this rig at all standpoints that are not ignored, as one rig."""
+        """The cameras of this rig, or of those that stood there, at all standpoints that are not ignored, as one."""
         used = {name: it for name, it in standpoints.items() if not it.ignored}
         first_from_world = np.linalg.inv(next(iter(used.values())).world_from_rig)
-        rig_from_place = {place: first_from_world @ it.world_from_rig for place, it in used.items()}
-        names = {f"{place}{BETWEEN}{own}": (place, own) for place in used for own in self.cameras}
-        poses = {name: rig_from_place[place] @ self.rig_from_camera[own] for name, (place, own) in names.items()}
-        cameras = {name: self.cameras[own] for name, (_, own) in names.items()}
+        cameras: dict[str, Camera] = {}
+        poses: dict[str, Floats] = {}
+        for name, it in used.items():
+            rig_from_place, rig = first_from_world @ it.world_from_rig, it.rig or self
+            cameras |= {f"{name}{BETWEEN}{own}": camera for own, camera in rig.cameras.items()}
+            poses |= {f"{name}{BETWEEN}{own}": rig_from_place @ pose for own, pose in rig.rig_from_camera.items()}
         return Rig(cameras, poses, {}, standpoints, self)
 
     @property
@@ -325,7 +332,8 @@ class Rig:
     def sigma_of(self, name: str) -> CalibrationSigma:
         """How well a camera is known in the rig that took its picture: as that says, else as is usual."""
         if self.moved is not None:
-            return self.moved.sigma_of(name.partition(BETWEEN)[2])
+            place, _, own = name.partition(BETWEEN)
+            return (self.standpoints[place].rig or self.moved).sigma_of(own)
         return self.sigma.get(name) or USUAL_CALIBRATION.at(self.rig_from_camera[name])
 
 

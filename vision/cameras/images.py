@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 # Cameras of 10, 12 or 14 bits write files of sixteen. White has all bits set. How many these are the rig says, else the
 # file, else the values: the least number of bits that holds them. Values that were shifted up fill sixteen.
 
-
 BITS = (8, 10, 12, 14, 16)
 BITS_PER_SAMPLE = 258  # TIFF's tag
 _GREATEST = (341, 281, 50717)  # SMaxSampleValue, MaxSampleValue, and WhiteLevel of DNG: the greatest value

@@ -1,4 +1,4 @@
-"""Standpoints from which one rig took pictures of an unmoving object, as a file or a call lists them."""
+"""Standpoints from which rigs took pictures of an unmoving object, as a file or a call lists them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.names import read_csv
-from vision.cameras.cameras import BETWEEN, Standpoint
+from vision.cameras.cameras import BETWEEN
 from vision.cameras.files import parse_covariance, read_world_from_rig
 from vision.cameras.images import OnePicture
 from vision.cameras.rig_file import member, numbers, read_yaml
@@ -18,12 +18,13 @@ from vision.cameras.rig_file import member, numbers, read_yaml
 Standpoints = str | Path | Sequence[Mapping[str, Any]]
 """A CSV or YAML file, or what its entries hold."""
 
-COLUMNS = ("name", "pose", "joints", "sigma_mm", "sigma_deg")  # all others are cameras
+COLUMNS = ("name", "on", "pose", "joints", "sigma_mm", "sigma_deg")  # all others are cameras
 
 
 @dataclass(frozen=True)
 class GivenStandpoint:
-    """An entry: pictures by camera; world_from_rig (4, 4), None where joints say where the world has the rig."""
+    """An entry: pictures by camera; world_from_rig (4, 4), None where joints say where the world has the rig; on: the
+    object that carried it, empty where that is as the call says."""
 
     name: str
     pictures: dict[str, OnePicture]
@@ -31,10 +32,7 @@ class GivenStandpoint:
     covariance: Floats
     joints: dict[str, float]
     ignored: bool
-
-    def at(self, world_from_rig: Floats) -> Standpoint:
-        """The standpoint with the rig there."""
-        return Standpoint(world_from_rig, self.covariance, self.joints, self.ignored)
+    on: str = ""
 
 
 def read_standpoints(given: Standpoints, ignored: Collection[str] = ()) -> list[GivenStandpoint]:
@@ -83,7 +81,8 @@ def _parse(entry: dict[str, Any], place: Path, folder: Path, number: int, ignore
     if "sigma" not in entry and "covariance" not in entry:
         raise InputError(f"{where} does not say how well it is known: give its sigma, as the repeatability of the arm")
     pose = None if joints else read_world_from_rig(entry, where)
-    return GivenStandpoint(name, pictures, pose, parse_covariance(entry, where), joints, name in ignored)
+    covariance, on = parse_covariance(entry, where), str(entry.get("on") or "")
+    return GivenStandpoint(name, pictures, pose, covariance, joints, name in ignored, on)
 
 
 def _read_csv(file: Path) -> list[dict[str, Any]]:
@@ -93,7 +92,7 @@ def _read_csv(file: Path) -> list[dict[str, Any]]:
     for _, row in rows:
         cells = {name: cell for name, cell in zip(names, row, strict=False) if cell}
         entry: dict[str, Any] = {"pictures": {key: cell for key, cell in cells.items() if key not in COLUMNS}}
-        entry |= {"name": cells.get("name"), "pose": cells.get("pose")}
+        entry |= {name: cells.get(name) for name in ("name", "on", "pose")}
         entry["joints"] = dict(word.partition("=")[::2] for word in cells.get("joints", "").split())
         if "sigma_mm" in cells or "sigma_deg" in cells:
             entry["sigma"] = {"translation_mm": cells.get("sigma_mm"), "rotation_deg": cells.get("sigma_deg")}

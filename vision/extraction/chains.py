@@ -21,7 +21,6 @@ from vision.extraction.extraction_parameters import LinkingParameters, Significa
 # Where edges fill the surroundings these say nothing of texture; a tail is therefore never taken higher than that of an
 # exponential distribution of steps of metal.
 
-
 _LEAST = 1e-300
 _SIGNIFICANCE = SignificanceParameters()
 

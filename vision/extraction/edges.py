@@ -19,7 +19,6 @@ from vision.extraction.extraction_parameters import EdgeParameters, NoiseParamet
 # The high pass of Immerkaer (Computer Vision and Image Understanding 64, 1996) kills constants and planes; the median
 # of its magnitude within each band of grey is insensitive to edges and to most texture.
 
-
 _BINS = 1024  # of the magnitude, one a unit
 _MEDIAN_TO_SIGMA = 1.4826 / 6.0  # the mask's norm is 6
 _NOISE = NoiseParameters()

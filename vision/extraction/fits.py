@@ -16,7 +16,6 @@ from vision.extraction.extraction_parameters import FittingParameters
 # derivative of a distance by the parameters; elements a pixel apart see much the same pixels, `correlation` of them
 # count as one.
 
-
 STATIONS = 8  # places, at most, at which the covariance of a free curve is kept
 PARAMETERS = {
     "line": ("offset to the right", "angle"),

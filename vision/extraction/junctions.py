@@ -33,7 +33,6 @@ from vision.extraction.junction_candidates import (
 # Linking stops short of a corner and of the edge that another runs into. There the arcs are known as curves, so the
 # place where they meet follows from them.
 
-
 KINDS = ("L", "T", "Y", "X", "smooth")
 L, T, Y, X, SMOOTH = range(5)
 _DEFAULTS = JunctionParameters()

@@ -17,7 +17,6 @@ from vision.extraction.segmentation import fit_arcs
 # Hessian the extremum nearest to the pixel's centre is looked for; one inside the pixel, with second derivative beyond
 # the threshold, makes it a ridge or ravine, two a peak, pit or saddle.
 
-
 _DEFAULTS = TopographyParameters()
 LABELS = ("peak", "pit", "saddle", "ridge", "ravine", "inflection", "flat", "slope", "convex", "concave", "saddle_hill")
 _RIDGE, _RAVINE = LABELS.index("ridge"), LABELS.index("ravine")

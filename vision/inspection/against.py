@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from relmodel.arrays import Floats
+from relmodel.arrays import Floats, fields_of
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
@@ -175,7 +175,9 @@ def recognise(locator: Locator, among: Sequence[Candidate]) -> Recognition:
     for it in chosen:
         for one, state in judge_variants(it, judge(it.located, shown.located, locator.p), among).items():
             considered[one] = replace(considered[one], state=state)
-        considered[it.candidate] = _add_pose(considered[it.candidate], it.located.found)
+        own = fields_of(it.located.found.verdict, "verdict posterior")
+        own["object_from_rig"] = getattr(it.located.found.best, "world_from_rig", None)
+        considered[it.candidate] = replace(considered[it.candidate], **own)
     order = ("shown", "alike", "outdone", "refused", "left")
     ranked = sorted(considered.values(), key=lambda it: (order.index(it.state), it.candidate != shown.candidate))
     alike, sure = ({it.candidate.name for it in ranked if it.state == state} for state in ("alike", "shown"))
@@ -267,11 +269,6 @@ def judge_variants(it: Chosen, state: str, among: Sequence[Candidate]) -> dict[C
             alike = state != "outdone" and less[one.object_variant_id] < LEAST_MARGIN
             states[one] = "alike" if alike else "outdone"
     return states
-
-
-def _add_pose(it: ComparedObject, found: Localisation) -> ComparedObject:
-    pose = None if found.best is None else found.best.world_from_rig
-    return replace(it, verdict=found.verdict.verdict, posterior=found.verdict.posterior, object_from_rig=pose)
 
 
 def share_edges(one: Localisation, other: Localisation) -> float:

@@ -17,14 +17,7 @@ from relmodel.store import Store
 from vision.cameras.cameras import perturb
 from vision.presence.report import describe
 
-PLACE = (
-    "x",
-    "y",
-    "z",
-    "rx",
-    "ry",
-    "rz",
-)  # of a camera's unknowns: what it was moved by in the rig, as `perturb` takes it
+PLACE = ("x", "y", "z", "rx", "ry", "rz")  # of a camera's unknowns: what moved it in the rig, as `perturb` takes it
 
 
 @dataclass(frozen=True)
@@ -86,8 +79,8 @@ class Inspection:
     sentence each.  needs: how exactly the pose was needed.  sigma: standard deviations of the pose along the worst
     directions, of the point in the middle of what is seen and of rotation; weakest: those directions.
     covariance: (6, 6) of a right perturbation of world_from_rig in the rig's frame, t mm then r rad.
-    base_correction: what the pose says of the object that the world mounts the rig on; None where it is not accepted or
-    the rig not mounted.
+    base_corrections: what the pose says of each object that the world mounts the rig on; none where it is not accepted
+    or the rig not mounted.
     presence: evidence for what is in view; None where the pose is refused.
     characteristics: sizes that have limits or were measured, with what is decided of each.
     variants: evidence for each loaded variant of the inspected objects, the likeliest first, where it was weighed.
@@ -112,7 +105,7 @@ class Inspection:
     world_from_rig: Floats | None
     world_from_camera: dict[str, Floats | None]
     covariance: Floats | None
-    base_correction: dict[str, Any] | None
+    base_corrections: list[dict[str, Any]]
     parts_in_view: list[dict[str, Any]]
     presence: dict[str, Any] | None
     characteristics: list[dict[str, Any]]
@@ -137,13 +130,8 @@ class Inspection:
         return finite(said)  # type: ignore[no-any-return]
 
 
-def read_outcome(store: Store, run: int) -> Outcome:
+def read_outcome(store: Store, connection: Connection, run: int) -> Outcome:
     """The outcome of an inspection that came to a verdict."""
-    with store.read() as connection:
-        return _outcome(store, connection, run)
-
-
-def _outcome(store: Store, connection: Connection, run: int) -> Outcome:
     (row,) = store.rows(connection, "run/outcome", run=run)
     variants = [r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run)]
     refusal = [r.sentence for r in store.rows(connection, "why/verdict/11_cause", run=run)]
@@ -176,7 +164,7 @@ def read_inspection(store: Store, run: int) -> Inspection:
             timings[it["name"]] = round(timings.get(it["name"], 0.0) + it["seconds"], 4)
         return Inspection(
             run=run,
-            outcome=_outcome(store, connection, run),
+            outcome=read_outcome(store, connection, run),
             reason=row["reason"],
             posterior=row["posterior"],
             missing=said["missing"],
@@ -195,7 +183,10 @@ def read_inspection(store: Store, run: int) -> Inspection:
                 if c.camera in used or not used
             },
             covariance=None if best is None else np.reshape(row["covariance"], (6, 6)),
-            base_correction=_base_correction(store, connection, run, select("joint_correction", "joint")),
+            base_corrections=[
+                _base_correction(it, select("joint_correction", "joint", base_no=it.base_no))
+                for it in store.rows(connection, "result/base_correction", run_id=run)
+            ],
             parts_in_view=[
                 {**_some(it, "path level"), "visible_share": round(it["visible_pixels"] / it["covered_pixels"], 4)}
                 for it in select("part_in_view", "in_view_no")
@@ -220,7 +211,7 @@ def read_inspection(store: Store, run: int) -> Inspection:
             hypotheses=hypotheses,
             equivalent=[_pose(it) for it in select("solved_pose", "solved_no", kind="equivalent")],
             standpoints=[
-                _with_pose(it, "world_from_rig", "name ignored")
+                _with_pose(it, "world_from_rig", "name carrier ignored")
                 | {"moved": None if it["moved"] is None else np.asarray(it["moved"]), "sigmas": it["sigmas"]}
                 for it in select("standpoint", "standpoint_no")
             ],
@@ -255,19 +246,15 @@ def _presence(store: Store, connection: Connection, run: int) -> dict[str, Any]:
     return describe({it: store.select(connection, it, order=order, run_id=run) for it, order in _PRESENCE.items()})
 
 
-def _base_correction(
-    store: Store, connection: Connection, run: int, joints: list[dict[str, Any]]
-) -> dict[str, Any] | None:
-    for row in store.rows(connection, "result/base_correction", run_id=run):
-        return {
-            "carrier": f"{row.object}/{row.robot}" if row.robot else row.object,
-            "world_from_object": matrices(row._mapping),
-            "shift_mm": [row.shift_x, row.shift_y, row.shift_z],
-            "turn_rad": [row.turn_x, row.turn_y, row.turn_z],
-            "covariance": np.reshape(row.covariance, (6, 6)),
-            "joints": {it["joint"]: it["value"] for it in joints},
-            "joint_sigmas": {it["joint"]: it["sigma"] for it in joints if not math.isnan(it["sigma"])},
-            "stated_joints": {it["joint"]: it["stated_value"] for it in joints},
-            "joint_units": {it["joint"]: it["unit"] for it in joints},
-        }
-    return None
+def _base_correction(row: Any, joints: list[dict[str, Any]]) -> dict[str, Any]:
+    return {
+        "carrier": f"{row.object}/{row.robot}" if row.robot else row.object,
+        "world_from_object": matrices(row._mapping),
+        "shift_mm": [row.shift_x, row.shift_y, row.shift_z],
+        "turn_rad": [row.turn_x, row.turn_y, row.turn_z],
+        "covariance": np.reshape(row.covariance, (6, 6)),
+        "joints": {it["joint"]: it["value"] for it in joints},
+        "joint_sigmas": {it["joint"]: it["sigma"] for it in joints if not math.isnan(it["sigma"])},
+        "stated_joints": {it["joint"]: it["stated_value"] for it in joints},
+        "joint_units": {it["joint"]: it["unit"] for it in joints},
+    }

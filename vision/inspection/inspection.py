@@ -15,6 +15,7 @@ from relmodel.arrays import fields_of
 from relmodel.drawing.draw import check_writable, write_crops, write_overlay
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
+from relmodel.geometry.transforms import carry, inverse
 from relmodel.labelling.solve import check_mode
 from relmodel.names import make_folder
 from relmodel.resources import user_name
@@ -22,7 +23,7 @@ from relmodel.store import Run, Store
 from relmodel.store.runs import record_digests
 from relmodel.world.kinematics import Carrier, Correction, MountedRig, correct_base, mount_of_rig, predict_covariance
 from vision.account.runs import take_account, weigh_lookalike
-from vision.cameras.cameras import DEFAULT_NEEDS, USUAL_CALIBRATION, Needs, Prior, Rig, Selection
+from vision.cameras.cameras import DEFAULT_NEEDS, USUAL_CALIBRATION, Needs, Prior, Rig, Selection, Standpoint
 from vision.cameras.files import read_needs, read_prior
 from vision.cameras.images import (
     Picture,
@@ -33,7 +34,7 @@ from vision.cameras.images import (
     pictures_as_files,
     read_rig_with_pictures,
 )
-from vision.cameras.record import find_rig
+from vision.cameras.record import find_rig, read_recorded_rig
 from vision.cameras.standpoints import GivenStandpoint, Standpoints, pictures_of, read_standpoints
 from vision.extraction import extract as extraction
 from vision.inspection.against import (
@@ -51,7 +52,7 @@ from vision.inspection.locate import Locator, Target, doubt_calibration, match_v
 from vision.inspection.pictures import doubt_pictures, extract_pictures, find_faults, measure_quality, return_memory
 from vision.inspection.record import Result, record_decisions, record_inspection
 from vision.localisation.localise import Localisation
-from vision.localisation.verdict import Verdict, doubt_edges, doubt_face
+from vision.localisation.verdict import Verdict, doubt_edges, doubt_face, place_by_bases
 from vision.localisation.views import Observation, ViewPoints, place_views, view_model
 from vision.localisation.visibility import find_parts_in_view
 from vision.matching import MatchedView
@@ -60,7 +61,7 @@ from vision.presence.surfaces import find_rival_face
 from vision.rig_check import LITTLE, compare_views, describe_overlap
 from vision.scene import Scenes, StoredScene
 from vision.stereo.epipolar import choose_pair
-from vision.stereo.match import StereoMatches, check_method, match_stereo
+from vision.stereo.match import StereoMatches, check_method
 
 NOT_AS_MODELLED = ("changed", "contradicted", "variant", "unchecked")
 
@@ -246,15 +247,29 @@ def _move(store: Store, request: InspectionRequest, rig: Rig, given: Sequence[Gi
     """A rig at its standpoints, where these are given; by joints where the world has it with these."""
     if given is None:
         return rig
-    mounted, stood = _mounted(store, request.world_id, rig, request.carrier), {}
+    sigmas, stood = np.repeat(request.carrier.base_sigmas, 3), {}
+    carriers = {it.on: _carried(store, request, rig, it.on) for it in given}
     for it in given:
-        pose = it.world_from_rig
+        (own, mounted), pose = carriers[it.on], it.world_from_rig
         if pose is None:
             if mounted is None:
                 raise UsageError("the world does not mount this rig: say by world_from_rig where it stood, or mount it")
             pose = mounted.moved(it.joints).world_from_rig
-        stood[it.name] = it.at(pose)
+        name, sway = "", np.zeros((6, 6))
+        if mounted is not None:
+            name, sway = mounted.carrier, carry(inverse(pose) @ mounted.world_from_object) * sigmas
+        stood[it.name] = Standpoint(pose, it.covariance, it.joints, it.ignored, name, sway, own)
     return rig.at_standpoints(stood)
+
+
+def _carried(store: Store, request: InspectionRequest, rig: Rig, on: str) -> tuple[Rig, MountedRig | None]:
+    """The only rig that the world mounts on an object, else this one, and how it is mounted."""
+    with store.read() as connection:
+        mounts = store.rows(connection, "world/mounts", world_id=request.world_id) if on else []
+        own = {it.rig_id for it in mounts if it.carrier == on and it.rig_id is not None}
+        if len(own) == 1 and find_rig(store, connection, rig) not in own:
+            rig = read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=own.pop()))
+    return rig, _mounted(store, request.world_id, rig, request.carrier.named(on))
 
 
 def _read_inputs(
@@ -270,10 +285,10 @@ def _read_inputs(
 
 
 class _PriorKnowledge(NamedTuple):
-    """What is known before the pictures are looked at: the arm that carries the rig, where the rig is thought to be,
-    what of the world may be in view, or the objects that may be shown."""
+    """What is known before the pictures are looked at: the rig as the world mounts it, by the carrier of standpoints,
+    where the rig is thought to be, what of the world may be in view, or the objects that may be shown."""
 
-    mounted: MountedRig | None
+    arms: dict[str, MountedRig]
     prior: Prior | None
     target: Target | None
     among: list[Candidate]
@@ -286,18 +301,30 @@ def _select(
     if request.against is not None:
         among = place_candidates(scenes.store, run, request.against)
         scenes.keep_only({it.world_id for it in among})
-        return _PriorKnowledge(None, None, None, among)
+        return _PriorKnowledge({}, None, None, among)
     scenes.keep_only({request.world_id})
-    mounted = _mounted(scenes.store, request.world_id, inputs.rig.moved or inputs.rig, request.carrier)
-    prior, first = inputs.prior, inputs.rig.standpoints.get(inputs.rig.first)
-    if first is not None:
-        mounted = mounted.moved(first.joints) if mounted is not None and first.joints else None
-    if prior is None and mounted is not None:
-        covariance = predict_covariance(mounted, request.carrier)
-        prior = Prior(mounted.world_from_rig, covariance + (0 if first is None else first.covariance))
+    arms, prior = _find_arms(scenes.store, request, inputs.rig), inputs.prior
+    first = inputs.rig.standpoints.get(inputs.rig.first)
+    name = "" if first is None else first.carrier
+    if prior is None and name in arms:
+        covariance = predict_covariance(arms[name], request.carrier.named(name))
+        prior = Prior(arms[name].world_from_rig, covariance + (0 if first is None else first.covariance))
     cameras = inputs.rig.only(*inputs.pictures)
     target = select_parts(scenes, request.world_id, request.world, cameras, prior, p.selection, inputs.selection)
-    return _PriorKnowledge(mounted, prior, target, [])
+    return _PriorKnowledge(arms, prior, target, [])
+
+
+def _find_arms(store: Store, request: InspectionRequest, rig: Rig) -> dict[str, MountedRig]:
+    """The rig as the world mounts it, by carrier where it has standpoints, with the joints of the first one there."""
+    if rig.moved is None:
+        mounted = _mounted(store, request.world_id, rig, request.carrier)
+        return {} if mounted is None else {"": mounted}
+    arms: dict[str, MountedRig] = {}
+    for it in rig.standpoints.values():
+        if it.joints and not it.ignored and it.carrier not in arms:
+            mounted = _mounted(store, request.world_id, it.rig or rig.moved, request.carrier.named(it.carrier))
+            arms |= {} if mounted is None else {it.carrier: mounted.moved(it.joints)}
+    return arms
 
 
 def carry_out(
@@ -322,17 +349,12 @@ def carry_out(
 
     def locate() -> tuple[StereoMatches | None, Recognition]:
         """Where the cameras are that are not left out."""
-        pair = choose_pair(seen.rig)
-        stereo = None
-        if pair is not None:
-            one, other = (seen.pictures[name] for name in pair)
-            stereo = match_stereo(seen.rig.only(*pair), one, other, p.stereo)
-        run.step("stereo")
-        locator = Locator(run, scenes, request.world_id, request.world, seen, stereo, inputs.needs, p)
+        locator = Locator(run, scenes, request.world_id, request.world, seen, inputs.needs, p)
         if known.target is None:
-            return stereo, recognise(locator, known.among)
-        return stereo, Recognition(locator.locate(known.target, known.prior), [], [])
+            return locator.stereo, recognise(locator, known.among)
+        return locator.stereo, Recognition(locator.locate(known.target, known.prior), [], [])
 
+    seen = Locator(run, scenes, request.world_id, request.world, seen, inputs.needs, p).settle_bases()
     blind, is_located = {fault.camera: fault.words for fault in faults if fault.refuses}, False
     while not is_located:
         if p.ignore_blind_camera and 0 < len(blind) < len(seen.pictures):
@@ -377,8 +399,8 @@ def carry_out(
         if verdict.verdict == "refused":
             parts = presence = None
     notes += describe_reading(pictures[name] for name in seen.pictures)
-    taking = cameras.moved or cameras
-    if unstated := [name for name in taking.cameras if name not in taking.sigma]:
+    taking = [it.rig for it in cameras.standpoints.values() if it.rig is not None] or [cameras]
+    if unstated := dict.fromkeys(name for rig in taking for name in rig.cameras if name not in rig.sigma):
         it = USUAL_CALIBRATION
         notes.append(
             f"the rig's file does not say how well {', '.join(unstated)} were calibrated: {100 * it.focal:g} % of the "
@@ -391,8 +413,9 @@ def carry_out(
             for names, it in compare_views(seen.rig, best.distance).items()
             if it["overlap"] < LITTLE
         ]
-    if inputs.prior is None and known.mounted is not None:
-        notes.append(f"no prior was given: the rig is taken to be where {known.mounted.base} has it")
+    if inputs.prior is None and known.arms:
+        bases = " and ".join(it.base for it in known.arms.values())
+        notes.append(f"no prior was given: the rig is taken to be where {bases} has it")
     result = Result(
         serial=request.serial,
         rig=inputs.rig,
@@ -404,14 +427,14 @@ def carry_out(
         location=location,
         points=points,
         matched=matched,
-        correction=_correction(known.mounted, request.carrier, found),
+        corrections=_correct_bases(known.arms, request.carrier, found),
         parts=parts,
         presence=presence,
         variants=variants,
         considered=considered,
         notes=notes,
     )
-    run.conclude(_Record(result, seen.rig, p, request.full_audit))
+    run.conclude(_Record(result, inputs.rig.only(*seen.rig.cameras), p, request.full_audit))
 
 
 def doubt_presence(
@@ -465,10 +488,14 @@ def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> Mounted
     return mounted
 
 
-def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisation) -> Correction | None:
-    if mounted is None or found.best is None or found.verdict.verdict != "accepted":
-        return None
-    known, first = fields_of(carrier, "joint_sigmas base_covariance"), found.rig.standpoints.get(found.rig.first)
-    # Joints say where the first standpoint is no better than it is known.
-    covariance = found.best.covariance + (0 if first is None else first.covariance)
-    return correct_base(mounted, found.best.world_from_rig, covariance, **known)
+def _correct_bases(arms: dict[str, MountedRig], carrier: Carrier, found: Localisation) -> list[Correction]:
+    if found.best is None or found.verdict.verdict != "accepted":
+        return []
+    placed = {"": (found.best.world_from_rig, found.best.covariance)}
+    if found.rig.moved is not None:
+        placed = place_by_bases(found.rig, found.best)
+    return [
+        correct_base(mounted, *placed[name], **fields_of(carrier.named(name), "joint_sigmas base_covariance"))
+        for name, mounted in arms.items()
+        if name in placed
+    ]

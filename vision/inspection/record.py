@@ -15,7 +15,7 @@ from relmodel.store import Run
 from relmodel.store.runs import Writer
 from relmodel.world.kinematics import Correction
 from vision.account.runs import EdgeRuns
-from vision.cameras.cameras import Needs, Prior, Rig, Selection, perturb
+from vision.cameras.cameras import Needs, Prior, Rig, Selection, perturb, perturbation
 from vision.cameras.record import record_rig
 from vision.constellations.find_poses import record_relations
 from vision.inspection.against import ComparedObject, record_comparisons
@@ -24,7 +24,7 @@ from vision.inspection.locate import Location
 from vision.inspection.pictures import Quality, SeenPicture
 from vision.localisation.hypotheses import Stage
 from vision.localisation.localise import Localisation, View
-from vision.localisation.measurements import UNKNOWNS, describe_unknowns
+from vision.localisation.measurements import PLACE, UNKNOWNS, describe_unknowns
 from vision.localisation.refine import Explanation, LastStep, RefinedPose
 from vision.localisation.verdict import compare_standpoints, compute_shown
 from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE, ViewPoints
@@ -59,7 +59,7 @@ class Result:
     location: Location
     points: dict[str, ViewPoints]
     matched: dict[str, MatchedView]
-    correction: Correction | None
+    corrections: list[Correction]
     parts: PartsInView | None
     presence: Presence | None
     variants: list[VariantEvidence]
@@ -106,7 +106,8 @@ def record_inspection(run: Run, connection: Connection, it: Result, p: PoseProbl
         record_stereo(run, connection, STEREO, units, labels, it.stereo)
         record_relations(run, connection, STEREO, it.location.relations)
     if it.rig.moved is not None:
-        _record_standpoints(write, it, record_rig(run, connection, it.rig.moved))
+        rigs = [of.rig or it.rig.moved for of in it.rig.standpoints.values()]
+        _record_standpoints(write, it, [record_rig(run, connection, rig) for rig in rigs])
     if it.found.hypotheses:
         _record_hypotheses(write, it.found.hypotheses)
     for number, (name, view) in enumerate(views.items()):
@@ -117,8 +118,8 @@ def record_inspection(run: Run, connection: Connection, it: Result, p: PoseProbl
             record_match(run, connection, number, units_id, it.matched[name], it.stored, p)
     if it.matched:
         write("threshold", **by_column("decision name value", [("correspondence", *each) for each in _numbers(p)]))
-    if it.correction is not None:
-        _record_correction(write, it.correction)
+    for number, correction in enumerate(it.corrections):
+        _record_correction(write, number, correction)
     if it.parts is not None:
         write(
             "part_in_view",
@@ -156,7 +157,7 @@ def _record_verdict(write: Writer, it: Result, rig_id: int) -> None:
     write("selected_part", **fields_of(it.selection, "occurrence_id shown"))
 
 
-def _record_standpoints(write: Writer, it: Result, rig_id: int) -> None:
+def _record_standpoints(write: Writer, it: Result, rig_ids: list[int]) -> None:
     best, stated = it.found.best, it.rig.standpoints
     solved = {} if best is None else compare_standpoints(it.found.rig, best)
     each = [(one, solved.get(name)) for name, one in stated.items()]
@@ -164,11 +165,13 @@ def _record_standpoints(write: Writer, it: Result, rig_id: int) -> None:
         "standpoint",
         standpoint_no=np.arange(len(each)),
         name=list(stated),
-        rig_id=rig_id,
+        rig_id=rig_ids,
+        carrier=[one.carrier or None for one in stated.values()],
         ignored=[one.ignored for one in stated.values()],
         joints=[json.dumps(dict(one.joints), sort_keys=True) for one in stated.values()],
         **matrix_columns([one.world_from_rig for one in stated.values()]),
         covariance=Ragged.pack([one.covariance for one in stated.values()]),
+        sway=Ragged.pack([one.sway for one in stated.values()]),
         moved=Ragged.pack([None if found is None else found.moved for _, found in each]),
         covariance_left=Ragged.pack([None if found is None else found.covariance for _, found in each]),
         sigmas=[None if found is None else found.misfit.sigmas for _, found in each],
@@ -226,9 +229,10 @@ def _record_view(
     )
 
 
-def _record_correction(write: Writer, it: Correction) -> None:
+def _record_correction(write: Writer, number: int, it: Correction) -> None:
     write(
         "base_correction",
+        base_no=number,
         object_no=it.mounted.object_no,
         robot=it.mounted.robot,
         **matrix_columns(it.world_from_object),
@@ -239,6 +243,7 @@ def _record_correction(write: Writer, it: Correction) -> None:
     names = list(it.joints)
     write(
         "joint_correction",
+        base_no=number,
         joint=names,
         stated_value=[it.mounted.joints[name] for name in names],
         prior_sigma=[it.prior_sigmas.get(name) for name in names],
@@ -324,12 +329,7 @@ def record_decisions(
     write: Writer, rig: Rig, prior: Prior, needs: Needs, found: Localisation, p: InspectionParameters
 ) -> None:
     """Append the thresholds of an inspection's decisions and what its verdict weighed."""
-    compared = {
-        "verdict": p.localisation.verdict,
-        "stereo": p.stereo,
-        "presence": p.presence,
-        "picture": p.pictures,
-    }
+    compared = {"verdict": p.localisation.verdict, "stereo": p.stereo, "presence": p.presence, "picture": p.pictures}
     rows = [(decision, name, value) for decision, of in compared.items() for name, value in _numbers(of)]
     rows += [("verdict", f"needs_{name}", value) for name, value in _numbers(needs)]
     write("threshold", **by_column("decision name value", rows))
@@ -345,12 +345,15 @@ def record_decisions(
         camera=cameras * len(supports),
         **{name: np.concatenate([getattr(it, field) for it in supports]) for name, field in columns.items()},
     )
-    unknowns = describe_unknowns(rig)
+    unknowns, own = describe_unknowns(rig), found.best.camera_unknowns.copy()
+    if unknowns.bases:  # the pose was found from where pictures of each carrier have its base
+        placed = found.rig.rig_from_camera
+        own[:, PLACE] = [perturbation(rig.rig_from_camera[name], placed[name]) for name in cameras]
     write(
         "camera_unknown",
         camera=np.repeat(cameras, len(UNKNOWNS)).tolist(),
         name=list(UNKNOWNS) * len(cameras),
-        value=found.best.camera_unknowns.ravel(),
+        value=own.ravel(),
         expected=unknowns.mean.ravel(),
         sigma=unknowns.sigma.ravel(),
         sigma_shown=compute_shown(rig, found.best.unknowns_sigma).ravel(),

@@ -130,18 +130,20 @@ def _read_inputs(store: Store, connection: Connection, run: int, given: Any, pic
     rig = read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=given.rig_id))
     of = store.select(connection, "standpoint", order="standpoint_no", run_id=run)
     if len(of["name"]):
-        moved = read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=int(of["rig_id"][0])))
+        rigs = [read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=int(it))) for it in of["rig_id"]]
         joints = [json.loads(it) if isinstance(it, str) else it for it in of["joints"]]
-        covariances = [np.reshape(it, (6, 6)) for it in of["covariance"]]
-        each = map(Standpoint, matrices(of), covariances, joints, of["ignored"].tolist())
-        rig = moved.at_standpoints(dict(zip(of["name"], each, strict=True)))
+        covariances, sways = ([np.reshape(it, (6, 6)) for it in of[name]] for name in ("covariance", "sway"))
+        carriers = [it or "" for it in of["carrier"]]
+        each = map(Standpoint, matrices(of), covariances, joints, of["ignored"].tolist(), carriers, sways, rigs)
+        rig = rigs[0].at_standpoints(dict(zip(of["name"], each, strict=True)))
     for row in pictures:
         if row.bits_from == "rig":
             rig.cameras[row.camera] = replace(rig.cameras[row.camera], bits=row.bits)
     read = read_pictures({row.camera: PictureBytes(row.file_name, row.bytes) for row in pictures}, rig)
     prior = selection = None
     if given.prior_covariance is not None:
-        prior = Prior(matrices(given._mapping), np.reshape(given.prior_covariance, (6, 6)))
+        if given.is_given:
+            prior = Prior(matrices(given._mapping), np.reshape(given.prior_covariance, (6, 6)))
         if not given.is_newest:
             parts = store.select(connection, "selected_part", order="occurrence_id", run_id=run)
             selection = Selection(parts["occurrence_id"], np.full(len(parts["shown"]), -1), parts["shown"])

@@ -27,7 +27,6 @@ from vision.scene import Scene
 # parallel strokes of brushed metal next to nothing, and a predicted edge where there is none counts against the pose:
 # log(1 - d). The a-contrario idea is Desolneux, Moisan and Morel's; here the background is local.
 
-
 ORIENTATIONS = 16  # classes of orientation modulo pi
 STRENGTHS = (0.03, 0.12, 0.3)  # classes of contrast, as shares of the picture's range of grey
 DETECTION = (0.75, 0.5, 0.2)  # shares of the visible sharp edges of machined parts that show at least that contrast
@@ -193,7 +192,6 @@ def _gather(share: Floats32, window: int) -> Floats32:
 
 # The prior is sampled by a scrambled Sobol sequence of fixed seed; at each sample a whole window of image shifts (small
 # turns of the rig) is scored at once, so that the sequence has to cover only what turns cannot do.
-
 
 CORRELATION_PX = 40.0  # along an arc that count as one observation: closer samples see the same picture
 SELECT_SIGMA = 6.0  # sigmas of image shift beyond the pictures within which arcs are kept

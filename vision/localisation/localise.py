@@ -66,7 +66,6 @@ def align_with_lines(point: Floats, tangent: Floats, across: Floats, weight: Flo
 # Symmetries of the model: motions of the whole that carry its arcs onto its arcs, so that no picture tells the poses
 # apart that they lead to.
 
-
 SHARP_RAD = radians(5.0)  # between the faces of an edge, at least, that counts
 FEW_SAMPLES = 600  # of edges on which a motion is fitted
 # Between a moved sample and an edge in each step of the fit, beyond the stretch that a sample stands for.
@@ -154,7 +153,6 @@ class _Arcs:
 # On identical pockets a pose shifted by one pitch looks the same. The shifts are read off the model: displacements that
 # carry visible arcs onto congruent arcs, gathered by how much visible length they carry along.
 
-
 CONGRUENT = 0.02  # share to which length and second moments of the tangents of congruent arcs agree
 BOX_MM = 2.0  # boxes in which displacements of congruent arcs are gathered
 MIN_VISIBLE_SHARE = 0.25  # of the visible length that a displacement must carry onto congruent arcs
@@ -239,7 +237,6 @@ MAX_REFINED = 60  # hypotheses; the likeliest by the prior are followed first
 # Log likelihood ratio of an edge of the object, against anything else, that a partner in stereo gives an arc, and that
 # of none: measured on 14 rendered pairs, where .57 of the arcs along visible edges have a partner and .19 of others.
 PARTNER_ODDS, NO_PARTNER_ODDS = 1.1, -0.63
-
 
 Weigh = Callable[[RefinedPose, Mapping[str, EdgeIndex]], float]
 """Log odds of all edges seen from a pose, by the edge elements of each camera's picture."""

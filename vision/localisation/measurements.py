@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, sum_by_group
-from relmodel.geometry.transforms import inverse, skew
+from relmodel.geometry.transforms import carry, inverse, skew
 from vision.cameras.cameras import Rig, perturb
 from vision.localisation.hypotheses import (
     EdgePoints,
@@ -27,7 +27,6 @@ from vision.localisation.hypotheses import (
 COUNT = 11
 UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "ry", "rz", "radial")
 RESPONSE, CENTRE, FOCAL, PLACE, RADIAL = 0, slice(1, 3), 3, slice(4, 10), 10
-
 
 MIN_COSINE = 0.94  # of the greatest angle between a predicted arc and an edge element
 MAX_ALONG_PX = 0.75  # along the arc between a sample and the edge element on its normal
@@ -49,8 +48,9 @@ class CameraUnknowns:
     """Expected values and standard deviations (c, 11) of the cameras' own unknowns; sigma zero: exact.
 
     What is solved are u numbers, expected and deviation (u,), of which those of the cameras follow by `shared` (c, 11,
-    u): the numbers of each camera, or where one rig took pictures from several standpoints those of its cameras once
-    and six of each standpoint, by `Standpoint.root`, of which `standpoints` has the columns by name."""
+    u): the numbers of each camera, or where rigs took pictures from standpoints those of their cameras once, six of
+    each standpoint, by `Standpoint.root`, and six of where the base of each carrier stands beside that of the first, by
+    `Standpoint.sway`, of which `standpoints` and `bases` have the columns by name."""
 
     mean: Floats
     sigma: Floats
@@ -58,6 +58,7 @@ class CameraUnknowns:
     deviation: Floats
     shared: Floats
     standpoints: dict[str, slice]
+    bases: dict[str, slice]
 
     @property
     def precision(self) -> Floats:
@@ -82,15 +83,19 @@ def describe_unknowns(rig: Rig) -> CameraUnknowns:
         sigma[number, RADIAL] = known.radial
     if rig.moved is None:
         each = np.eye(mean.size).reshape(*mean.shape, -1)
-        return CameraUnknowns(mean, sigma, mean.ravel(), sigma.ravel(), each, {})
+        return CameraUnknowns(mean, sigma, mean.ravel(), sigma.ravel(), each, {}, {})
     # The response is that of a picture, all else that of the camera wherever it stands.
-    own = [name.removeprefix(rig.standpoint_of(name)) for name in rig.cameras]
+    places = map(rig.standpoint_of, rig.cameras)
+    own = [(rig.standpoints[it].carrier, name.removeprefix(it)) for name, it in zip(rig.cameras, places, strict=True)]
     source = np.array([[number, *[own.index(name)] * (COUNT - 1)] for number, name in enumerate(own)])
     column, at = np.unique(source * COUNT + np.arange(COUNT), return_inverse=True)
     names = list(dict.fromkeys([rig.first, *map(rig.standpoint_of, rig.cameras)]))
-    shared = np.zeros((*mean.shape, len(column) + 6 * len(names)))
+    carriers = list(dict.fromkeys(rig.standpoints[name].carrier for name in names))
+    normal = 6 * (len(names) + len(carriers) - 1)
+    shared = np.zeros((*mean.shape, len(column) + normal))
     np.put_along_axis(shared, at.reshape(*mean.shape, 1), 1.0, axis=2)
-    columns = {name: slice(len(column) + 6 * k, len(column) + 6 * k + 6) for k, name in enumerate(names)}
+    six = [slice(start, start + 6) for start in range(len(column), len(column) + normal, 6)]
+    columns, bases = dict(zip(names, six, strict=False)), dict(zip(carriers[1:], six[len(names) :], strict=True))
     for number, name in enumerate(rig.cameras):
         if (place := rig.standpoint_of(name)) == rig.first:
             continue
@@ -99,19 +104,13 @@ def describe_unknowns(rig: Rig) -> CameraUnknowns:
         camera_from_place = camera_from_rig @ inverse(first.world_from_rig) @ it.world_from_rig
         shared[number, PLACE, columns[place]] = carry(camera_from_place) @ it.root
         shared[number, PLACE, columns[rig.first]] = -carry(camera_from_rig) @ first.root
-    expected = np.concatenate([mean.ravel()[column], np.zeros(6 * len(names))])
-    deviation = np.concatenate([sigma.ravel()[column], np.ones(6 * len(names))])
+        if it.carrier in bases:
+            shared[number, PLACE, bases[it.carrier]] = carry(camera_from_place) @ it.sway
+    expected = np.concatenate([mean.ravel()[column], np.zeros(normal)])
+    deviation = np.concatenate([sigma.ravel()[column], np.ones(normal)])
     shared *= deviation > 0  # what is exact moves nothing
     of_cameras = shared @ expected, np.sqrt(shared**2 @ deviation**2)
-    return CameraUnknowns(*of_cameras, expected, deviation, shared, columns)
-
-
-def carry(a_from_b: Floats) -> Floats:
-    """What takes a small right perturbation (t, r) of frame b to that (6, 6) of frame a, fixed to it."""
-    out = np.zeros((6, 6))
-    out[:3, :3] = out[3:, 3:] = a_from_b[:3, :3]
-    out[:3, 3:] = skew(a_from_b[:3, 3]) @ a_from_b[:3, :3]
-    return out
+    return CameraUnknowns(*of_cameras, expected, deviation, shared, columns, bases)
 
 
 def differentiate(

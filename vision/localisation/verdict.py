@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.transforms import skew
-from vision.cameras.cameras import Needs, Prior, Rig
+from relmodel.geometry.transforms import carry, inverse, skew
+from vision.cameras.cameras import Needs, Prior, Rig, perturb
 from vision.localisation.hypotheses import Fields, Prediction, gather_evidence, project_with_jacobians
 from vision.localisation.localisation_parameters import ElsewhereParameters, LocalisationParameters, VerdictParameters
 from vision.localisation.measurements import CALIBRATION_PX, PLACE, RESPONSE, UNKNOWNS, describe_unknowns
@@ -448,6 +448,28 @@ def compare_standpoints(rig: Rig, best: RefinedPose) -> dict[str, SolvedStandpoi
         words = f"standpoint {name} is {mm:.2g} mm and {degrees:.2g} degrees from where it is stated to be, as the "
         words += f"others have it, {sigmas:.0f} sigma: state it anew, or leave it out"
         out[name] = SolvedStandpoint(moved, root @ left @ root.T, Misfit(sigmas, words))
+    return out
+
+
+def place_by_bases(rig: Rig, best: RefinedPose) -> dict[str, tuple[Floats, Floats]]:
+    """Of each carrier of a rig's standpoints, where its base has the rig at its first one: world_from_rig (4, 4) with
+    its covariance (6, 6), at the best pose.  What the standpoints are off by themselves is taken off."""
+    unknowns, out = describe_unknowns(rig), {}
+    first = rig.standpoints[rig.first]
+    # What the scatter of the edges adds to the covariance of the pose, were all errors independent.
+    value, axes = np.linalg.eigh(best.covariance - best.left[:6, :6])
+    beyond = (axes * np.maximum(value, 0.0)) @ axes.T
+    for it in rig.standpoints.values():
+        if it.ignored or it.carrier in out or it.carrier not in (first.carrier, *unknowns.bases):
+            continue
+        rig_from_place = inverse(first.world_from_rig) @ it.world_from_rig
+        slope = np.zeros((6, len(best.left)))
+        slope[:, :6] = carry(inverse(rig_from_place))
+        slope[:, 6:][:, unknowns.standpoints[rig.first]] = -slope[:, :6] @ first.root
+        if it.carrier in unknowns.bases:
+            slope[:, 6:][:, unknowns.bases[it.carrier]] = it.sway
+        covariance = slope @ best.left @ slope.T + slope[:, :6] @ beyond @ slope[:, :6].T
+        out[it.carrier] = perturb(best.world_from_rig @ rig_from_place, slope[:, 6:] @ best.solved), covariance
     return out
 
 

@@ -19,7 +19,6 @@ from vision.stereo.stereo_parameters import EpipolarParameters, RangeParameters
 # Trucco and Verri, Machine Vision and Applications 12, 2000). Only points are mapped, never pictures, so nothing is
 # resampled, and lens distortion and toe-in cost no accuracy.
 
-
 LATTICE = 32  # points across and down each view by which pairs of cameras are compared
 FARTHEST = 10.0  # how far off, in the greatest distance of two cameras, they are where the axes do not meet nearer
 

@@ -92,10 +92,7 @@ NO_KEEP_IMAGES = option(
     "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
 )
 SEARCH = option(
-    "--search",
-    default="dual_ascent",
-    metavar="SEARCH",
-    help="dual_ascent (default) or paper: docs/matching.md",
+    "--search", default="dual_ascent", metavar="SEARCH", help="dual_ascent (default) or paper: docs/matching.md"
 )
 CARRIER = option("--on", metavar="OBJECT", help="the object that carries the rig, where several do")
 JOINTS = option(

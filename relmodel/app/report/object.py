@@ -263,11 +263,7 @@ def _cards(store: Store, connection: Connection, rows: Sequence[Any], faces: Fac
 
 
 def _scene(
-    store: Store,
-    connection: Connection,
-    serial: str,
-    states: Sequence[Any],
-    stops: list[tuple[int, str]],
+    store: Store, connection: Connection, serial: str, states: Sequence[Any], stops: list[tuple[int, str]]
 ) -> tuple[dict[str, Any] | None, dict[int, int]]:
     """The whole part, its features coloured by state, seen as at the newest stop that is usable; which part of the
     scene each placed part is."""

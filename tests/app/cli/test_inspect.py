@@ -106,7 +106,7 @@ def rows(store: str, table: str, run: int) -> list[dict[str, Any]]:
 
 def test_the_base_is_corrected_by_closed_form(inspection: Inspection, pair: Pair) -> None:
     """The pose that the world gives the rig is the prior, so base = found prior^-1 base, with the joint held."""
-    it, found = inspection.answer["base_correction"], np.array(inspection.answer["world_from_rig"])
+    it, found = inspection.answer["base_corrections"][0], np.array(inspection.answer["world_from_rig"])
     expected = found @ np.linalg.inv(np.array(pair.prior["world_from_rig"])) @ BASE
     assert np.abs(it["world_from_object"] - expected).max() < 1e-7
     assert it["shift_mm"] == pytest.approx(expected[:3, 3] - BASE[:3, 3])
@@ -120,21 +120,15 @@ def test_the_base_is_corrected_by_closed_form(inspection: Inspection, pair: Pair
 
 
 def test_rows_and_json_say_the_same(inspection: Inspection) -> None:
-    said, run = inspection.answer["base_correction"], inspection.answer["run"]
+    said, run = inspection.answer["base_corrections"][0], inspection.answer["run"]
     (row,) = rows(inspection.store, "base_correction", run)
     stored = np.array([row[c] for c in MATRIX_COLUMNS]).reshape(3, 4)
     assert np.array_equal(stored, np.array(said["world_from_object"])[:3])
     assert [row[f"shift_{c}"] for c in "xyz"] == said["shift_mm"]
     assert [row[f"turn_{c}"] for c in "xyz"] == said["turn_rad"]
     assert list(row["covariance"]) == np.ravel(said["covariance"]).tolist()
-    held = {
-        "joint": "travel",
-        "stated_value": TRAVEL,
-        "value": TRAVEL,
-        "prior_sigma": None,
-        "sigma": None,
-        "unit": "mm",
-    }
+    held = {"base_no": 0, "joint": "travel", "stated_value": TRAVEL, "value": TRAVEL}
+    held |= {"prior_sigma": None, "sigma": None, "unit": "mm"}
     assert rows(inspection.store, "joint_correction", run) == [{"run_id": run, **held}]
 
 
@@ -160,7 +154,7 @@ def test_a_joint_with_a_sigma_is_corrected_and_told_in_words(left_alone: Inspect
 
 def test_a_pose_that_is_not_accepted_corrects_nothing(dark: Inspection) -> None:
     assert dark.answer["verdict"] == "refused"
-    assert dark.answer["base_correction"] is None
+    assert dark.answer["base_corrections"] == []
     for table in ("base_correction", "joint_correction"):
         assert not rows(dark.store, table, dark.answer["run"])
 
@@ -191,7 +185,7 @@ def test_where_says_of_an_answer_what_the_inspection_said(
 ) -> None:
     (tmp_path / "answer.json").write_text(json.dumps(inspection.answer))
     assert main(["where", "head", "--found", str(tmp_path / "answer.json"), "--store", inspection.store]) == 0
-    there, said = yaml.safe_load(capsys.readouterr().out), inspection.answer["base_correction"]
+    there, said = yaml.safe_load(capsys.readouterr().out), inspection.answer["base_corrections"][0]
     assert there.keys() == said.keys()
     for name, value in said.items():
         if isinstance(value, list):

@@ -191,10 +191,9 @@ def everywhere(target: str, run: int, found: Found, folder: Path) -> dict[str, s
 def test_the_outcome_stands_wherever_the_verdict_stands(found: Found, target: str, tmp_path: Path) -> None:
     """A row under it is altered, and all say so: nothing above an answer keeps a verdict of its own."""
     run = found.run
-    with Store.open(target) as store:
-        with store.write() as connection:
-            connection.exec_driver_sql("UPDATE inspection SET verdict = 'ambiguous'")
-        altered = replace(found, outcome=read_outcome(store, run))
+    with Store.open(target) as store, store.write() as connection:
+        connection.exec_driver_sql("UPDATE inspection SET verdict = 'ambiguous'")
+        altered = replace(found, outcome=read_outcome(store, connection, run))
     said, told = altered.outcome, everywhere(target, run, altered, tmp_path)
     assert said.words.startswith("pose not unique; part not enough seen; ")
     assert told["terminal"].splitlines()[-1] == f"run {run}: {said.words}"  # a terminal shows the end

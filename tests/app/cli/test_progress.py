@@ -62,11 +62,7 @@ def calls(duckdb_template: Path, tmp_path: Path) -> dict[str, list[str]]:
 
 @pytest.mark.usefixtures("reads_here")
 def test_progress_stands_on_a_terminal_alone(
-    calls: dict[str, list[str]],
-    duckdb_template: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: Capsys,
+    calls: dict[str, list[str]], duckdb_template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     told = {"load": "storing", "world": "placing its objects", "diff": "comparing parts", "export": "writing"}
     quiet: dict[str, str] = {}

@@ -193,12 +193,8 @@ def test_the_longest_straight_edges_of_an_object() -> None:
     ends = rng.normal(size=(7, 6))
     columns = [f"{end}_{axis}" for end in ("start", "end") for axis in "xyz"]
     arcs = [
-        {
-            "id": 70 - i,
-            "recognised_kind": recognised[i],
-            "length": lengths[i],
-            **dict(zip(columns, ends[i], strict=True)),
-        }
+        {"id": 70 - i, "recognised_kind": recognised[i], "length": lengths[i]}
+        | dict(zip(columns, ends[i], strict=True))
         for i in range(7)
     ]
     listed = [{"shape_id": 3, "arc_no": i, "arc_id": 70 - i, "convexity": kinds[i]} for i in range(7)]

@@ -26,13 +26,8 @@ def start(name: str, variant: str, *score: float) -> Start:
 
 
 def test_the_best_variant_of_the_objects_that_explain_most_is_located() -> None:
-    starts = [
-        start("it", "B", 0.8, 0.1),
-        start("it", "A", 0.7),
-        start("other", "", 0.4),
-        start("far", "", 0.39),
-        start("no", ""),
-    ]
+    starts = [start("it", "B", 0.8, 0.1), start("it", "A", 0.7)]
+    starts += [start("other", "", 0.4), start("far", "", 0.39), start("no", "")]
     assert [s.score for s in starts] == [0.8, 0.7, 0.4, 0.39, None]
     chosen = [(s.candidate.name, s.candidate.variant) for s in find_worthy(starts, 5)]
     assert chosen == [("it", "B"), ("other", "")]

@@ -33,7 +33,6 @@ RIGHT = turned(-0.2, 50)
 MOVED = turned(0.1, 0.5)  # where the right camera sits, as solved
 COVARIANCE = np.diag([1.0, 2, 3, 4, 5, 6]) + 0.5
 
-
 NEEDED = sa.text("SELECT column_name, data_type FROM duckdb_columns() WHERE table_name = :table AND NOT is_nullable")
 FILLED = {"VARCHAR": "so", "DOUBLE[]": Ragged.pack([np.zeros(4)])}
 
@@ -88,9 +87,9 @@ def write(rows: Rows, verdict: str, poses: list[Floats]) -> None:
     rows.add("placed_object", {"object_no": [3], "name": "arm"})
     base = {"shift_x": [1.0], "shift_y": 2.0, "shift_z": 2.0, "turn_x": 0.1, "turn_y": 0.2, "turn_z": 0.3}
     own = {"object_no": 3, "robot": "tool", "covariance": Ragged.pack([2 * COVARIANCE]), **matrix_columns([SECOND])}
-    rows.add("base_correction", {**base, **own})
+    rows.add("base_correction", {"base_no": 0, **base, **own})
     joints = {"joint": ["lift", "wrist"], "stated_value": [100.0, 0.2], "value": [101.0, 0.3], "unit": ["mm", "rad"]}
-    rows.add("joint_correction", {**joints, "prior_sigma": [None, 0.1], "sigma": [None, 0.02]})
+    rows.add("joint_correction", {"base_no": 0, **joints, "prior_sigma": [None, 0.1], "sigma": [None, 0.02]})
     write_presence(rows)
     rows.add("object_variant", {"id": [1, 2], "name": "it", "variant": ["A", "B"], "revision": [1, 2]})
     weighed = {"log_odds": [9.12345, 2.0], "against": [1, 3], "decided": [8, 9], "placed": [False, True]}
@@ -169,8 +168,7 @@ def test_what_is_said_beside_it(found: Inspection) -> None:
     assert found.selection == {"parts": 5, "superfluous": 2}
     assert found.timings_s == {"read": 0.25, "locate": 3.0}
     assert [(it["path"], it["visible_share"]) for it in found.parts_in_view] == [("a", 0.25), ("b", 0.3333)]
-    base = found.base_correction
-    assert base is not None
+    (base,) = found.base_corrections
     assert (base["carrier"], base["shift_mm"], base["turn_rad"]) == ("arm/tool", [1.0, 2.0, 2.0], [0.1, 0.2, 0.3])
     np.testing.assert_allclose(base["world_from_object"], SECOND)
     np.testing.assert_allclose(base["covariance"], 2 * COVARIANCE)
@@ -214,6 +212,6 @@ def test_of_a_refused_pose_no_part_is_judged(new_store: Callable[[str], str]) ->
 def test_where_nothing_is_in_view_nothing_is_known(new_store: Callable[[str], str]) -> None:
     nothing = made(new_store("duckdb"), "refused", ())
     assert nothing.world_from_camera == dict.fromkeys(("left", "right", "blind"))
-    assert (nothing.covariance, nothing.weakest, nothing.presence, nothing.base_correction) == (None,) * 4
+    assert (nothing.covariance, nothing.weakest, nothing.presence, nothing.base_corrections) == (None, None, None, [])
     assert nothing.to_json()["sigma"] == {"translation_mm": None, "rotation_deg": None}
     assert violations(nothing.to_json(), SCHEMA) == []

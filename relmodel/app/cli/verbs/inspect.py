@@ -310,8 +310,9 @@ def print_answer(answer: Inspection, form: str) -> None:
             say("  ".join(f"{value:14.6f}" for value in row))
         mm, degrees = (2 * sigma for sigma in answer.sigma.values())
         say(f"known to {mm:.2g} mm and {degrees:.2g} degrees (two sigma); worst: {answer.weakest}")
-    for words in () if answer.base_correction is None else _correction_words(answer.base_correction):
-        say(words)
+    for it in answer.base_corrections:
+        for words in _correction_words(it):
+            say(words)
     for words in () if answer.presence is None else (*summarise(answer.presence), *answer.outcome.variants):
         say(words)
     if answer.outcome.shown is not None:
