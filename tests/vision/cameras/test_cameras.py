@@ -68,13 +68,8 @@ def test_perturbation_inverts_perturb() -> None:
 
 
 def rig_data() -> dict[str, Any]:
-    camera = {
-        "width": 640,
-        "height": 480,
-        "matrix": MATRIX.tolist(),
-        "distortion": {"model": "opencv", "coefficients": [0.0] * 5},
-        "rig_from_camera": np.eye(4).tolist(),
-    }
+    camera: dict[str, Any] = {"width": 640, "height": 480, "matrix": MATRIX.tolist()}
+    camera |= {"distortion": {"model": "opencv", "coefficients": [0.0] * 5}, "rig_from_camera": np.eye(4).tolist()}
     return {
         "cameras": {"left": camera, "right": {**camera, "rig_from_camera": perturb(np.eye(4), np.ones(6)).tolist()}}
     }
