@@ -187,13 +187,8 @@ STRANGE = {
     "g": (np.int64(3), np.bool_(True), None, datetime(2026, 1, 2), b"\xff"),
     "h": {float("inf"): np.float64("-inf"), 7: 1.0},
 }
-PLAIN: dict[str, Any] = {
-    "a": None,
-    "b": [1.5, [None], {"c": None}],
-    "d": [[1.0, None], [None, 2.0]],
-    "e": None,
-    "f": None,
-}
+PLAIN: dict[str, Any] = {"a": None, "b": [1.5, [None], {"c": None}], "d": [[1.0, None], [None, 2.0]]}
+PLAIN |= dict.fromkeys("ef")
 PLAIN |= {"g": [3, True, None, "2026-01-02 00:00:00", "ff"], "h": {"inf": None, "7": 1.0}}
 
 
