@@ -126,8 +126,8 @@ class StateParameters:
     least_log_odds: float = 3.0  # log odds, either way, from which a state is more than undecided: 20 to 1
     least_expected: float = 2.0  # log odds expected of what is there, below which missing edges say nothing
     contradicted_log_odds: float = 4.0
-    """log odds against from which what shows nothing of its edges is not there: of 958 features that are there, the
-    least such had 1.6"""
+    """log odds against from which what shows nothing of its edges is not there: of 958 features that are there the
+    least of these had 1.6"""
     contradicted_by_share: float = 40.0  # more of these by the share of its edges that is found all the same
     uncovered_log_odds: float = 7.0  # log odds from which what a part covers shows in its place: 1000 to 1
     most_share: float = 0.3  # share of all edges in view from which a part is what the pose depends on
@@ -135,9 +135,9 @@ class StateParameters:
     changed_sigma: float = 4.0
     """standard deviations by which a thickness must differ, or a bore lie aside, to count as changed"""
     changed_diameter_sigma: float = 3.0
-    """the same of a diameter: of 418 that are as modelled none differs by 2.5 and `changed_mm`"""
+    """the same of a diameter: of 418 that are as modelled none differed by 2.5 and `changed_mm`"""
     changed_mm: float = 0.8  # mm likewise: smaller differences are within the error of small bores and burrs
-    doubtful_sigma: float = 3.0  # standard deviations from which a thickness is doubtful
+    doubtful_sigma: float = 3.0  # standard deviations from which such a difference is doubtful
     changed_wall_mm: float = 1.5  # mm likewise of a thickness: both of its sides err
 
 

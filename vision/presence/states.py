@@ -139,6 +139,9 @@ REASONS = (
 ) = range(len(REASONS))  # fmt: skip
 
 
+BLENDS = ("fillet", "chamfer")  # without which an edge shows in about the same place
+
+
 @dataclass(frozen=True)
 class ItemEvidence:
     """Evidence for items, by camera (n, c): px of edges in view, of them px that can be distinguished from others, of
@@ -242,7 +245,7 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     unlikely = total <= -p.least_log_odds
     settle(unlikely & (expected >= p.least_expected), NOT_CONFIRMED, MISSING)
     gone = (total <= -p.contradicted_log_odds - p.contradicted_by_share * share) & (expected >= p.least_expected)
-    settle(gone, CONTRADICTED, MISSING)
+    settle(gone & ~np.isin(items.kind, BLENDS), CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
     part = np.array([level == "part" for level in items.level], bool)
     holds = part & (distinct >= p.most_share * distinct[part].sum())

@@ -134,6 +134,12 @@ def test_the_rim_of_a_hole_speaks_for_the_face_that_it_is_in_and_never_against_i
     assert (expected["hole"], expected["face"]) == (3, 0)
 
 
+def test_a_fillet_that_does_not_show_is_no_other_thing() -> None:
+    fillet = replace(items(), kind=["", "fillet", "through_hole", "", ""])
+    it = decide(fillet, np.full(SURFACES, np.nan), signs(((0, 1), 60, 60, 0.0, -9.0, 9)), ["0"], P.states)
+    assert (said(it)["web"][0], said(it)["face"][0]) == ("not_confirmed", "contradicted")
+
+
 def test_the_rim_of_a_hole_beneath_a_spot_face_is_an_edge_of_that_too() -> None:
     """Face 0 is the floor of a spot face, itself a hole's, so that its item answers for the rim between the two."""
     nested = replace(items(), inset=np.isin(np.arange(SURFACES), [0, 2]))
@@ -188,22 +194,25 @@ def test_what_is_told_missing_explains_its_edges(odds: float, explained: list[in
 
 
 @pytest.mark.parametrize(
-    ("mm", "sigma", "state", "why"),
+    ("mm", "sigma", "log_odds", "state", "why"),
     [
-        (0.5, 0.16, "changed", "its size differs from the model's"),  # 3.1 sigma
-        (0.5, 0.17, "confirmed", "its edges are found"),
-        (0.39, 0.09, "not_confirmed", "a size of it may differ from the model's"),
-        (0.39, 0.1, "confirmed", "its edges are found"),  # of less than .8 mm 3.9 sigma are no doubt
+        (0.5, 0.16, 2.0, "changed", "its size differs from the model's"),  # 3.1 sigma
+        (0.5, 0.17, 2.0, "confirmed", "its edges are found"),
+        (0.5, 0.16, 0.0, "not_confirmed", "a size of it may differ from the model's"),  # glare narrows a bore,
+        (-0.5, 0.16, 0.0, "changed", "its size differs from the model's"),  # and never widens one
+        (0.39, 0.09, 2.0, "not_confirmed", "a size of it may differ from the model's"),
+        (0.39, 0.1, 2.0, "confirmed", "its edges are found"),  # of less than .8 mm 3.9 sigma are no doubt
     ],
 )
-def test_a_diameter_is_judged_by_its_sigma_wherever_the_rims_are_found(
-    mm: float, sigma: float, state: str, why: str
+def test_a_diameter_has_changed_where_the_rims_are_found_displaced_or_the_bore_wider(
+    mm: float, sigma: float, log_odds: float, state: str, why: str
 ) -> None:
-    """A bore of 10 mm, of which either side lies so far inward, its rims within reach of their place."""
+    """A bore of 10 mm, of which either side lies so far inward."""
     it, wall = signs(((0, 2), 60, 60, 0.9, 9.0, 9)), np.arange(SURFACES) == 2
     faces = replace(
         it.surfaces, mm=np.where(wall, mm, np.nan), sigma=np.where(wall, sigma, np.nan), inward=wall,
         shift=np.where(wall[:, None], 0.0, np.nan), shift_sigma=np.where(wall, sigma, np.nan),
+        log_odds=np.where(wall, log_odds, 0.0),
     )  # fmt: skip
     found = decide(items(), np.where(wall, 5.0, np.nan), replace(it, surfaces=faces), ["0"], P.states)
     assert said(found)["hole"] == (state, why)
