@@ -65,7 +65,6 @@ BESIDE = {  # folder or file of code: folders of tests
     "queries/matching": ["tests/vision/matching", "tests/vision/relations"],
 }
 NAMED = {"schema": "long_parts", "queries/find": "long_parts"}  # whose tests are not named like the files
-LATER = ("vision/presence/states.py", "vision/localisation/verdict.py")  # told apart: their account is made anew
 TEST_SECONDS, CALL_SECONDS, MOST_SECONDS = 20.0, 120.0, 90.0
 LEAST, LEAST_OF_FOLDER = 0.85, 0.70
 
@@ -481,7 +480,7 @@ def measure(folder: Path, given: argparse.Namespace) -> list[tuple[Fault, str]]:
     for fault in all_faults(HERE):
         lives = (fault.file, fault.line) in ran or not fault.file.endswith(".py")
         lives |= fault.file.endswith("kernels.py") and fault.file in files
-        if lives and fault.file not in LATER and (not given.only or fault.label in given.only):
+        if lives and (not given.only or fault.label in given.only):
             waiting[fault.label].append(fault)
     for faults in waiting.values():
         drawn.shuffle(faults)

@@ -17,7 +17,7 @@ from vision.presence.states import measure_distances
 from vision.presence.surfaces import SceneSurfaces
 from vision.scene import Scene
 
-CENTRES = np.array([[0.0, 0, 0], [100.0, 0, 0], [100.0, 60, 0], [400.0, 0, 0], [50.0, 20, 80]])
+CENTRES = np.array([[0.0, 0, 0], [100.0, 0, 0], [100.0, 60, 4], [400.0, 0, 0], [50.0, 20, 80]])
 RADIUS = 12.0
 TILT = rotation_matrix(np.array([[0.4, -0.3, 1.1]]))[0]
 
@@ -60,8 +60,9 @@ def test_distances_are_those_of_the_axes_where_they_were_found() -> None:
     found = measured(shift, np.array([0.1, 0.2, 0.3, 0.1, 0.1]))
     for a, b in ((0, 1), (1, 2), (0, 2)):
         row = between(found, a, b)
-        assert found.nominal[row] == pytest.approx(np.linalg.norm(CENTRES[b] - CENTRES[a]), abs=1e-6)
-        assert found.value[row] == pytest.approx(np.linalg.norm((CENTRES + shift)[b] - (CENTRES + shift)[a]), abs=1e-6)
+        assert found.nominal[row] == pytest.approx(np.linalg.norm((CENTRES[b] - CENTRES[a])[:2]), abs=1e-6)
+        away = (CENTRES + shift)[b] - (CENTRES + shift)[a]
+        assert found.value[row] == pytest.approx(np.linalg.norm(away[:2]), abs=1e-6)
     assert found.sigma[between(found, 0, 1)] == pytest.approx(np.hypot(0.1, 0.2))
     assert found.changed[between(found, 0, 1)]
     assert not found.changed[between(found, 0, 3)]
