@@ -125,11 +125,11 @@ class StateParameters:
     least_px: float = 30.0  # px of edges that can be distinguished from others, below which nothing is decided
     least_log_odds: float = 3.0  # log odds, either way, from which a state is more than undecided: 20 to 1
     least_expected: float = 2.0  # log odds expected of what is there, below which missing edges say nothing
-    contradicted_log_odds: float = 4.0
-    """log odds against from which what shows nothing of its edges is not there: of 958 features that are there the
+    contradicted_log_odds: float = 7.0  # log odds from which another thing must be there: 1000 to 1
+    contradicted_within: float = 4.0
+    """the same of a hole, a boss, a rib or the like that shows nothing of its edges: of 958 features that are there the
     least of these had 1.6"""
     contradicted_by_share: float = 40.0  # more of these by the share of its edges that is found all the same
-    uncovered_log_odds: float = 7.0  # log odds from which what a part covers shows in its place: 1000 to 1
     most_share: float = 0.3  # share of all edges in view from which a part is what the pose depends on
     least_moved_share: float = 0.05  # share of an item's edges that a surface must have to speak for it
     changed_sigma: float = 4.0

@@ -25,6 +25,7 @@ from vision.presence.displaced import (
     report_displacements,
 )
 from vision.presence.items import (
+    WITHIN,
     Appearance,
     Items,
     UnexplainedElements,
@@ -139,9 +140,6 @@ REASONS = (
 ) = range(len(REASONS))  # fmt: skip
 
 
-BLENDS = ("fillet", "chamfer")  # without which an edge shows in about the same place
-
-
 @dataclass(frozen=True)
 class ItemEvidence:
     """Evidence for items, by camera (n, c): px of edges in view, of them px that can be distinguished from others, of
@@ -244,8 +242,9 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
 
     unlikely = total <= -p.least_log_odds
     settle(unlikely & (expected >= p.least_expected), NOT_CONFIRMED, MISSING)
-    gone = (total <= -p.contradicted_log_odds - p.contradicted_by_share * share) & (expected >= p.least_expected)
-    settle(gone & ~np.isin(items.kind, BLENDS), CONTRADICTED, MISSING)
+    against = np.where(np.isin(items.kind, WITHIN), p.contradicted_within, p.contradicted_log_odds)
+    gone = (total <= -against - p.contradicted_by_share * share) & (expected >= p.least_expected)
+    settle(gone, CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
     part = np.array([level == "part" for level in items.level], bool)
     holds = part & (distinct >= p.most_share * distinct[part].sum())
@@ -277,9 +276,9 @@ def find_missing(items: Items, signs: Signs, p: StateParameters) -> Bools:
     """Which items (n,) belong to a part in whose place surely shows what it covers, likelier than that it is displaced
     or that its faces are."""
     it, moved = signs.displacements, np.flatnonzero(signs.surfaces.moved)
-    odds, rival = signs.uncovered.log_odds, np.full(len(signs.uncovered.log_odds), p.uncovered_log_odds)
+    odds, rival = signs.uncovered.log_odds, np.full(len(signs.uncovered.log_odds), p.contradicted_log_odds)
     elsewhere = it.far | it.turned
-    rival[it.occurrence[elsewhere]] = np.maximum(p.uncovered_log_odds, it.log_odds[elsewhere])
+    rival[it.occurrence[elsewhere]] = np.maximum(p.contradicted_log_odds, it.log_odds[elsewhere])
     of_surface = np.zeros(len(signs.surfaces.moved), np.int64)
     of_surface[items.surface] = items.occurrence[items.member]
     resized = np.bincount(of_surface[moved], signs.surfaces.log_odds[moved], len(odds))
