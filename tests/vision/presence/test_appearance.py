@@ -331,8 +331,7 @@ def test_what_lies_behind_must_differ_for_all_cameras_together(plug: float, stop
     [(-1, 7, True), (-1, 6, False), (0, 10, False)],  # the near rim lies before the plate, found or not
 )
 def test_a_hole_whose_far_end_shows_is_open(behind: int, found: int, is_open: bool) -> None:
-    """Ten samples between the wall of a hole, surface 1 of item 1, and what shows beyond; item 0 is the plate."""
-    none, one, many = np.full(2, -1), np.ones(2), np.arange(10)
+    none, one, many = np.full(2, -1), np.ones(2), np.arange(10)  # samples between the hole's wall, 1, and what shows
     items = Items(
         ["feature"] * 2, np.zeros(2, np.int64), np.arange(2), none, ["plate", "hole"], ["web", "through_hole"], one,
         np.full(2, np.nan), np.arange(2), np.arange(2), np.array([False, True]),

@@ -134,18 +134,15 @@ def test_the_rim_of_a_hole_speaks_for_the_face_that_it_is_in_and_never_against_i
     assert (expected["hole"], expected["face"]) == (3, 0)
 
 
-@pytest.mark.parametrize(("odds", "state"), [(-3.9, "not_confirmed"), (-4.0, "contradicted")])
-def test_of_a_hole_that_shows_nothing_less_is_asked(odds: float, state: str) -> None:
-    assert said(decided(signs(((0, 2), 60, 60, 0.0, odds, 2.0))))["hole"][0] == state
+def test_of_a_hole_that_shows_nothing_less_is_asked() -> None:
+    for odds, state in ((-3.9, "not_confirmed"), (-4.0, "contradicted")):
+        assert said(decided(signs(((0, 2), 60, 60, 0.0, odds, 2.0))))["hole"][0] == state
 
 
 def test_the_rim_of_a_hole_beneath_a_spot_face_is_an_edge_of_that_too() -> None:
-    """Face 0 is the floor of a spot face, itself a hole's, so that its item answers for the rim between the two."""
-    nested = replace(items(), inset=np.isin(np.arange(SURFACES), [0, 2]))
+    nested = replace(items(), inset=np.isin(np.arange(SURFACES), [0, 2]))  # face 0 is the floor of the spot face
     it = decide(nested, np.full(SURFACES, np.nan), signs(((0, 2), 60, 60, 0.0, -7.0, 3)), ["0"], P.states)
-    total = dict(zip(NAMES, it.evidence.log_odds.sum(axis=1), strict=True))
-    assert total["hole"] == total["face"] == total["web"] == pytest.approx(-7.0)
-    assert said(it)["hole"][0] == said(it)["face"][0] == "contradicted"
+    assert said(it)["hole"] == said(it)["face"] == ("contradicted", "its edges are not found, where they would show")
 
 
 def test_looks_count_with_edges_and_a_stopped_hole_is_contradicted() -> None:
