@@ -4,6 +4,7 @@ scores, fit.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -13,10 +14,10 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Columns, Floats, Ints, count_from
 from relmodel.features.holes import CIRCLE_DEFAULTS as KEPT
-from relmodel.geometry.transforms import matrices, rigid
+from relmodel.geometry.transforms import inverse, matrices, rigid
 from relmodel.store.database import Database
 from relmodel.store.runs import Run
-from vision.cameras.cameras import Camera, Prior, Rig, perturbations
+from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbations
 from vision.constellations.constellation_parameters import (
     DEFAULTS,
     ConstellationParameters,
@@ -403,6 +404,25 @@ def best_distinct(poses: Floats, score: Floats, middle: Floats, count: int) -> I
         turned = np.arccos(np.clip(cosine, -1, 1))
         left = left[(np.linalg.norm(at[left] - at[row], axis=1) > DISTINCT_MM) | (turned > DISTINCT_RAD)]
     return np.array(kept, np.int64)
+
+
+def gather_poses(found: Sequence[PoseCandidates], scene: Scene, prior: Prior | None) -> PoseCandidates:
+    """What several pictures, or pairs of them, give of one scene, as one: a pose has the votes of all that give one
+    which puts the scene in the same place before the rig, each the score of the best such pose."""
+    if len(found) == 1:
+        return found[0]
+    poses = np.concatenate([perturb(it.prior.world_from_rig, it.candidates.delta) for it in found])
+    score = np.concatenate([it.candidates.score for it in found])
+    of = np.repeat(np.arange(len(found)), [len(it.candidates.score) for it in found])
+    there, middle = inverse(poses), scene.sample_point.mean(axis=0)
+    at, turn = there[:, :3, :3] @ middle + there[:, :3, 3], there[:, :3, :3].reshape(-1, 9)
+    near = np.linalg.norm(at[:, None] - at, axis=2) <= DISTINCT_MM
+    near &= turn @ turn.T >= 1 + 2 * np.cos(DISTINCT_RAD)  # the trace of the motion between two
+    votes = np.stack([np.where(near & (of == n), score, 0.0).max(axis=1, initial=0.0) for n in range(len(found))])
+    voted = votes.sum(axis=0)
+    kept = best_distinct(there, voted, middle, KEPT_POSES)
+    enough = found[0].candidates.enough
+    return PoseCandidates(*candidates("join", poses[kept], voted[kept], prior, enough), found[0].relations)
 
 
 # Poses of a rig from one picture, with a prior or without: the join of its ellipses with the model's circles, a fit of

@@ -16,7 +16,7 @@ from relmodel.store import Run, Store
 from vision.account.runs import EdgeAccount, take_account, weigh_edges, weigh_lookalike
 from vision.cameras.cameras import Needs, Prior, Rig, Selection, SelectionParameters, select_in_view
 from vision.constellations.elements import Relations
-from vision.constellations.find_poses import PoseCandidates, find_poses, find_poses_of_one_picture
+from vision.constellations.find_poses import PoseCandidates, find_poses, find_poses_of_one_picture, gather_poses
 from vision.inspection.inspection_parameters import InspectionParameters
 from vision.localisation.hypotheses import Perturbations
 from vision.localisation.localise import Localisation, localise
@@ -97,10 +97,13 @@ class Locator:
     @cached_property
     def stereo(self) -> StereoMatches | None:
         """What two of the pictures show alike; None where no two make a pair."""
+        return self._match(self.seen.rig)
+
+    def _match(self, rig: Rig) -> StereoMatches | None:
         found = None
-        if pair := choose_pair(self.seen.rig):
+        if pair := choose_pair(rig):
             one, other = (self.seen.pictures[name] for name in pair)
-            found = match_stereo(self.seen.rig.only(*pair), one, other, self.p.stereo)
+            found = match_stereo(rig.only(*pair), one, other, self.p.stereo)
         self.run.step("stereo")
         return found
 
@@ -163,26 +166,26 @@ class Locator:
         return located._replace(found=replace(found, verdict=verdict))
 
     def join(self, scene: Scene, prior: Prior | None) -> PoseCandidates:
-        """The poses that the join of circles gives, and what they are perturbations of; without stereo those of the
-        picture whose best explains most."""
-        p = self.p.constellations
+        """The poses that the join of circles gives, and what they are perturbations of: of what stereo puts in space,
+        without a prior at every standpoint, else of the ellipses of all pictures."""
+        p, seen, pairs = self.p.constellations, self.seen, [self.stereo]
+        if prior is None and self.stereo is not None:
+            used = seen.rig.standpoint_of(self.stereo.rectification.cameras[0])
+            at = sorted({seen.rig.standpoint_of(name) for name in seen.rig.cameras} - {used})
+            own = [[name for name in seen.rig.cameras if seen.rig.standpoint_of(name) == place] for place in at]
+            pairs += [self._match(seen.rig.only(*names)) for names in own]
         with self.store.read(scratch=True) as connection:
-            if self.stereo is not None:
-                space = self.stereo.triangulated
-                found = find_poses(self.store, connection, scene, self.world_id, space, prior, p)
-            else:
-                found = max(
-                    (
-                        find_poses_of_one_picture(
-                            self.store, connection, self.seen.rig.only(name), self.world_id, picture, prior, p
-                        )
-                        for name, picture in self.seen.pictures.items()
-                    ),
-                    key=lambda it: it.candidates.score.max(initial=-np.inf),
-                )
+            found = [
+                find_poses(self.store, connection, scene, self.world_id, it.triangulated, prior, p)
+                for it in pairs
+                if it is not None
+            ] or [
+                find_poses_of_one_picture(self.store, connection, seen.rig.only(it), self.world_id, picture, prior, p)
+                for it, picture in seen.pictures.items()
+            ]
         self.store.release()
         self.run.step("join")
-        return found
+        return gather_poses(found, scene, prior)
 
     def localise(self, stored: StoredScene, prior: Prior, starts: Perturbations) -> Localisation:
         """The best pose from these starts, with its verdict."""

@@ -17,10 +17,12 @@ from relmodel.geometry.transforms import MATRIX_COLUMNS, rotation_matrix
 from relmodel.store import Store
 from tests.vision.constellations.test_join import OBJECT, circles, keep
 from tests.vision.constellations.test_one_picture import CAMERA, before_the_camera, picture_of
+from tests.vision.localisation.scenes import box_scene
 from vision.cameras.cameras import Prior, Rig, perturb
 from vision.constellations.elements import Circles, JoinedPairs
 from vision.constellations.find_poses import (
     ModelArcs,
+    PoseCandidates,
     ScenePoints,
     are_near,
     best_distinct,
@@ -28,6 +30,7 @@ from vision.constellations.find_poses import (
     count_alike,
     find_poses,
     find_poses_of_one_picture,
+    gather_poses,
     sample_scene,
     solve_poses,
 )
@@ -161,6 +164,24 @@ def test_the_best_of_poses_that_are_one_is_kept() -> None:
     assert best_distinct(poses, score, middle, 3).tolist() == [2, 0, 4]
     # Seen elsewhere, what turns moves.
     assert 3 in best_distinct(poses, score, middle - np.array([400, 0, 0]), 9)
+
+
+def test_poses_that_several_pictures_give_have_the_votes_of_all() -> None:
+    """Each gives the best of those that put the scene's middle in one place before the rig; the first's relations are
+    kept."""
+    scene = box_scene([(np.array([300.0, 0, 0]), np.array([20.0, 20, 20]))])
+    pose = perturb(np.eye(4), np.array([5.0, 6, 7, 0.3, 0.1, -0.2]))
+    away = np.array([[0.0] * 6, [8.0, 0, 0, 0, 0, 0], [0, 0, 60, 0, 0, 0], [0, 0, 0, 0, 0.5, 0], [0, 90, 0, 0, 0, 0]])
+    scores = ([4.0, 3.0, 6.0], [2.0, 5.0])
+    given = [
+        PoseCandidates(*candidates("join", perturb(pose, away[rows]), np.array(score), None, 1.5), {name: {}})
+        for rows, score, name in zip(([0, 1, 2], [1, 4]), scores, "ab", strict=True)
+    ]
+    prior, found, relations = gather_poses(given, scene, None)
+    assert prior.is_open
+    assert (found.score.tolist(), found.enough, relations) == ([6.0, 6.0, 5.0], 1.5, {"a": {}})
+    np.testing.assert_allclose(perturb(prior.world_from_rig, found.delta)[0], perturb(pose, away[0]), atol=1e-9)
+    assert gather_poses(given[:1], scene, None) is given[0]
 
 
 def test_joined_circles_meet_in_their_middle_along_their_line_with_normals_on_one_plane() -> None:
