@@ -7,9 +7,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, sum_by_group
-from relmodel.geometry.transforms import rotation_matrix
+from relmodel.geometry.transforms import carry, inverse, rotation_matrix
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
-from vision.localisation.hypotheses import Evidence, Prediction, flow_in_camera, predict
+from vision.localisation.hypotheses import (
+    CLIMB_FIRST_PX,
+    CLIMB_LAST_PX,
+    Evidence,
+    Fields,
+    Prediction,
+    climb_from,
+    flow_in_camera,
+    predict,
+)
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import (
     ARC_SHIFT_PX,
@@ -158,8 +167,9 @@ class RefinedPose:
     looked at roughly, as rivals are.  told: log odds of the account of all edges seen from here, NaN where it was not
     asked.  others: poses that explain the pictures by other occurrences being off their place, or by none.
     solved (u,): what was solved of the cameras, of which their unknowns follow; left (6 + u, 6 + u): covariance of pose
-    and that, were all errors of the measurements independent.
-    cost: half of the prior's distance squared, less the evidence of edges and outlines.
+    and that, were all errors of the measurements independent; strain: half of the sum of squares by which standpoints
+    are off, in sigmas.
+    cost: half of the prior's distance squared and the strain, less the evidence of edges and outlines.
     """
 
     world_from_rig: Floats
@@ -179,6 +189,7 @@ class RefinedPose:
     others: tuple[RefinedPose, ...] = ()
     solved: Floats = field(default_factory=lambda: np.zeros(0))
     left: Floats = field(default_factory=lambda: np.zeros((6, 6)))
+    strain: float = 0.0
 
     @property
     def middle(self) -> Floats:
@@ -203,7 +214,7 @@ class RefinedPose:
     @property
     def cost(self) -> float:
         far = 0.0 if np.isnan(self.prior_sigma) else 0.5 * self.prior_sigma**2
-        return far - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
+        return far + self.strain - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
 
 
 def _distance(a: RefinedPose, b: RefinedPose) -> float:
@@ -243,6 +254,7 @@ class Fit:
         self.unknowns = describe_unknowns(rig)
         self._none = np.zeros(len(scene.inspected), bool)
         self._predicted: dict[bytes, Prediction] = {}
+        self._begun: dict[bytes, tuple[Floats, Floats]] = {}
 
     def refine(self, world_from_rig: Floats) -> RefinedPose:
         """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
@@ -310,7 +322,7 @@ class Fit:
     ) -> RefinedPose:
         """The best pose from all occurrences that are not excluded, by all rounds or by those given; without an arc of
         the scene, where one is named."""
-        pose, solved = world_from_rig, self.unknowns.expected
+        pose, solved = self.begin(world_from_rig)
         for reach, scale in rounds or ROUNDS:
             prediction = self.predict(pose)
             votes = ~excluded[self.scene.occurrence_of_arc[prediction.arc]] & (prediction.arc != arc)
@@ -329,6 +341,31 @@ class Fit:
                     break
             pose = perturb(pose, delta)
         return self.measure(pose, solved, excluded)
+
+    def begin(self, world_from_rig: Floats) -> tuple[Floats, Floats]:
+        """Pose and unknowns (u,) to begin at: the cameras of each of several standpoints where these alone lead uphill,
+        as what they are stated wrongly by may exceed the reach of least squares."""
+        key, rig = world_from_rig.tobytes(), self.rig
+        if key not in self._begun:
+            pose, solved = world_from_rig, self.unknowns.expected.copy()
+            for name, columns in self.unknowns.standpoints.items():
+                own = [camera for camera in rig.cameras if rig.standpoint_of(camera) == name]
+                it, first = rig.standpoints[name], rig.standpoints[rig.first]
+                root = carry(inverse(first.world_from_rig) @ it.world_from_rig) @ it.root
+                fields = [self.fields[list(rig.cameras).index(camera)] for camera in own]
+                led = own and climb_from(
+                    self.scene,
+                    rig.only(*own),
+                    Fields(fields),
+                    world_from_rig,
+                    np.asarray(np.linalg.inv(root @ root.T)),
+                    (CLIMB_FIRST_PX, CLIMB_LAST_PX),
+                )
+                if led:
+                    solved[columns] = np.linalg.solve(root, perturbation(world_from_rig, led[0]))
+                    pose = led[0] if name == rig.first else pose
+            self._begun[key] = pose, solved
+        return self._begun[key]
 
     def measure(self, pose: Floats, solved: Floats, excluded: Bools) -> RefinedPose:
         """What the pictures say of a pose as it stands, with what is solved of the cameras (u,)."""
@@ -353,6 +390,7 @@ class Fit:
             self.prior.distance(pose),
             solved=solved,
             left=inverse,
+            strain=0.5 * sum(float(solved[it] @ solved[it]) for it in self.unknowns.standpoints.values()),
         )
 
     def is_determined(self, refined: RefinedPose) -> bool:

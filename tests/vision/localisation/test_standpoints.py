@@ -26,17 +26,17 @@ SCENE = SCENE.select(HALF, 2 * SCENE.sample_length[HALF], SCENE.curved_triangles
 TILTS = np.radians([[0, 0, 0], [25, 0, 0], [-14, 22, 5], [0, -25, 10]])
 
 
-def stand(seed: int, moved: float = 0.0) -> tuple[Fit, Rig, list[Floats]]:
-    """Least squares of blocks seen from four standpoints, stated with errors of `SIGMA`, the last further off by
+def stand(seed: int, moved: float = 0.0, sigma: Floats = SIGMA) -> tuple[Fit, Rig, list[Floats]]:
+    """Least squares of blocks seen from four standpoints, stated with errors of `sigma`, the last further off by
     so many sigma; the rig as it stood, and how far each standpoint is from where it is stated."""
     rng, rig = np.random.default_rng(seed), stereo_rig().only("left")
     rig = replace(rig, sigma={"left": CalibrationSigma(0.001, 0.3)})
     turns = [np.vstack([np.column_stack([rotation_matrix(tilt), np.zeros(3)]), [0, 0, 0, 1]]) for tilt in TILTS]
     stood = {f"s{k}": turn @ above(0, 0, 520) for k, turn in enumerate(turns)}
-    errors = [rng.normal(size=6) * SIGMA for _ in stood]
+    errors = [rng.normal(size=6) * sigma for _ in stood]
     way = rng.normal(size=6)
-    errors[-1] = errors[-1] + moved * way / np.linalg.norm(way) * SIGMA
-    covariance = np.diag(SIGMA**2)
+    errors[-1] = errors[-1] + moved * way / np.linalg.norm(way) * sigma
+    covariance = np.diag(sigma**2)
     true = rig.at_standpoints({name: Standpoint(pose, covariance) for name, pose in stood.items()})
     places = zip(stood.items(), errors, strict=True)
     stated = {
@@ -135,3 +135,14 @@ def test_a_standpoint_that_is_moved_is_named_with_the_amount(seed: int) -> None:
     assert found[worst].misfit.words.startswith("standpoint s3 is ")
     left = found[worst].moved - errors[-1]
     assert left @ np.linalg.solve(found[worst].covariance, left) < 40
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_standpoints_are_found_that_lie_further_off_than_least_squares_looks(seed: int) -> None:
+    fit, true, _ = stand(seed, sigma=4 * SIGMA)
+    found = fit.refine(true.standpoints["s0"].world_from_rig)
+    solved = correct_rig(fit.rig, found.camera_unknowns).rig_from_camera
+    assert max(np.linalg.norm((solved[n] - it)[:3, 3]) for n, it in true.rig_from_camera.items()) < 1.0
+    strain = sum(0.5 * float(found.solved[it] @ found.solved[it]) for it in fit.unknowns.standpoints.values())
+    assert found.strain == pytest.approx(strain, rel=1e-3)
+    assert found.cost == pytest.approx(found.prior_sigma**2 / 2 + strain - found.evidence, abs=1.0)
