@@ -356,13 +356,14 @@ def carry_out(
 
     seen = Locator(run, scenes, request.world_id, request.world, seen, inputs.needs, p).settle_bases()
     blind, is_located = {fault.camera: fault.words for fault in faults if fault.refuses}, False
+    leaves_out = p.ignore_blind_camera or seen.rig.moved is not None  # of many pictures a bad one is no great loss
     while not is_located:
-        if p.ignore_blind_camera and 0 < len(blind) < len(seen.pictures):
+        if leaves_out and 0 < len(blind) < len(seen.pictures):
             notes += [f"camera {name} is ignored: {words}" for name, words in blind.items()]
             seen = seen.only(name for name in seen.rig.cameras if name not in blind)
         stereo, (location, considered, variants) = locate()
-        blind = dict(location.found.verdict.blind)
-        is_located = not (p.ignore_blind_camera and 0 < len(blind) < len(seen.pictures))
+        blind, leaves_out = dict(location.found.verdict.blind), p.ignore_blind_camera
+        is_located = not (leaves_out and 0 < len(blind) < len(seen.pictures))
     verdict = doubt_pictures(location.found.verdict, [fault for fault in faults if fault.camera in seen.pictures])
     if verdict.weighed.get("likely", 0.0) < p.localisation.verdict.min_posterior:
         doubt = doubt_calibration(seen, location.target.stored.scene, known.prior)
