@@ -262,6 +262,7 @@ def _marks(table: PageTable, number: dict[str, int]) -> list[str]:
 # Findings as cards: what each camera shows there, raw beside drawn, the size with its limit, the evidence in words.
 
 _MOST_ODDS = 1_000_000
+MOST_CROPS = 4  # of a finding: pictures that tell most of it
 
 
 @dataclass(frozen=True)
@@ -335,6 +336,9 @@ def read_cards(
         if r.level == "surface" and r.qif == "FAIL"
     }
     shown = {row.finding_no: row.finding_no for row in rows} if numbers is None else numbers
+    telling: dict[int, list[str]] = defaultdict(list)
+    for it in store.rows(connection, "report/item_cameras", run_id=run):
+        telling[it.item_no].append(it.camera)
     out = []
     for row in (row for row in rows if row.finding_no in shown):
         item, part = of.get(row.item_no), row.path.rpartition("/")[0]
@@ -342,15 +346,20 @@ def read_cards(
         # Of a feature the faces that are not as modelled, where that is told of single ones.
         surfaces = [no for no in surfaces if f"{part}/face {no}" in off] or surfaces
         card = Card(shown[row.finding_no], run, row, [], {})
-        for one in seen:
-            mine = [e for e in one.edges if (one.row.camera, e.number) in drawn]
-            if mine and one.image is not None:
-                box = box_about([e.points for e in mine], one.image.size)
-                if faces and surfaces and one.row.camera in views:
-                    rings = faces.outline(*views[one.row.camera], int(row.occurrence_id), surfaces, box)
-                    card.rings[one.row.camera] = rings
-                    box = box_about(rings, one.image.size) if rings else box
-                card.crops.append(_crop(one, {e.number for e in mine}, box))
+        own = {
+            it.row.camera: (it, it.image.size, mine)
+            for it in seen
+            if it.image is not None and (mine := [e for e in it.edges if (it.row.camera, e.number) in drawn])
+        }
+        most = [camera for camera in telling[row.item_no] or own if camera in own][:MOST_CROPS]
+        for camera in sorted(most, key=list(own).index):
+            one, size, mine = own[camera]
+            box = box_about([e.points for e in mine], size)
+            if faces and surfaces and camera in views:
+                rings = faces.outline(*views[camera], int(row.occurrence_id), surfaces, box)
+                card.rings[camera] = rings
+                box = box_about(rings, size) if rings else box
+            card.crops.append(_crop(one, {e.number for e in mine}, box))
         out.append(card)
     return out
 

@@ -265,7 +265,7 @@ def test_the_overlay_shows_states_where_cameras_see_them(other_variant: Inspecti
 
 
 def test_findings_come_first_with_what_each_camera_shows(
-    answer: Answer, store: Store, other_variant: Inspection, tmp_path: Path
+    answer: Answer, store: Store, other_variant: Inspection, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The hole of 88 mm for 104: its size and limit, its own link, and crops that show it in both cameras."""
     with store.read() as connection:
@@ -292,6 +292,16 @@ def test_findings_come_first_with_what_each_camera_shows(
         u, v = (np.array(truth["cameras"][camera]["matrix"]) @ (seen[:3] / seen[2]))[:2] / 2
         assert abs(u - u0 - width / 2) < width / 4
         assert abs(v - v0 - height / 2) < height / 4
+    # Of many pictures those are shown that would tell most.
+    monkeypatch.setattr("relmodel.app.report.run.MOST_CROPS", 1)
+    assert main(["report", "-o", str(page), "--store", other_variant.store]) == 0
+    shown = [a["aria-label"] for _, a in Page(page.read_text()).elements if a.get("class") == "crop"][::2]
+    for row, words in zip(findings, shown, strict=True):
+        most = (
+            "SELECT camera FROM presence_camera WHERE run_id = :run AND item_no = :item ORDER BY expected_log_odds DESC"
+        )
+        best = asked(other_variant.store, most, run=answer["run"], item=row.item_no)[0][0]
+        assert words == f"what camera {best} shows"
 
 
 def test_decisions_are_kept_shown_and_sealed(target: str, tmp_path: Path, capsys: Capsys) -> None:

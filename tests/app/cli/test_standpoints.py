@@ -78,7 +78,10 @@ def test_a_standpoint_that_was_moved_is_named_and_the_others_are_one_inspection_
     assert asked(store, lens, run=answer["run"])[0][0] == 1
     for run, said in ((refused["run"], "contradicted"), (answer["run"], "left out")):
         assert main(["report", str(run), "-o", "run.html", "--store", store]) == 0
-        assert f"stop 03 {said}" in " ".join(Page(Path("run.html").read_text()).text.split())
+        shown = Page(Path("run.html").read_text())
+        assert f"stop 03 {said}" in " ".join(shown.text.split())
+        strip = [a for tag, a in shown.elements if tag == "a" and a.get("href", "").startswith("#shot-")]
+        assert len(strip) == (3 if said == "contradicted" else 0)  # two pictures are seen at once
     assert main(["replay", "--store", store]) == main(["check", "--store", store]) == 0
     capsys.readouterr()
     assert main(["why", "--pose", "--store", store]) == 0
