@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -47,10 +48,13 @@ def _write_files(plan: Plan, rig: Rig, rig_file: Path, serial: str | None, out: 
             joints = f"# joints (rad, mm): {json.dumps(view.joints)}\n" if view.joints else ""
             text = yaml.safe_dump(prior, sort_keys=False, default_flow_style=None, width=200)
             (out / f"{stem}.yaml").write_text(f"# It would check: {'; '.join(view.paths)}\n{joints}{text}")
-            line: dict[str, str] = {name: f"{stem}_{name}.png" for name in rig.cameras}
+            line: dict[str, Any] = {name: f"{stem}_{name}.png" for name in rig.cameras}
             lines.append(line | {"prior": f"{stem}.yaml", "rig": str(rig_file.resolve()), "serial": serial or ""})
-        together = [
-            {"name": it["prior"][:-5], "pose": it["prior"]} | {name: it[name] for name in rig.cameras} for it in lines
+        together: list[dict[str, Any]] = [
+            {"name": it["prior"][:-5], "pose": it["prior"]}
+            | dict(zip(("sigma_mm", "sigma_deg"), _SIGMA.values(), strict=True))
+            | {name: it[name] for name in rig.cameras}
+            for it in lines
         ]
         for name, table in {"pairs.csv": lines, "standpoints.csv": together}.items():
             with (out / name).open("w", newline="") as file:

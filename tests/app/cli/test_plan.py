@@ -52,6 +52,7 @@ def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
     together = read_standpoints(tmp_path / "next/standpoints.csv")
     for stand, one, view in zip(together, listed, rest["views"], strict=True):
         assert stand.pictures == one.pictures
+        np.testing.assert_allclose(stand.covariance, np.diag(np.repeat([5.0, np.radians(0.5)], 3) ** 2))
         np.testing.assert_allclose(stand.world_from_rig, view["world_from_rig"])  # type: ignore[arg-type]
 
     with relmodel.open(target) as python:

@@ -241,7 +241,7 @@ def plan(args: argparse.Namespace) -> int:
     the one that checks most of what no view before it checks, until 95 % of what any pose could check is checked.
     --out writes each view as a prior for `relmodel inspect`, and two lists that say how to name the pictures: pairs.csv
     for its --list, and standpoints.csv for its --standpoints, where nothing is moved but the rig: put the repeatability
-    of what carries it into the priors' sigma.
+    of what carries it into sigma_mm and sigma_deg there.
     """
     import numpy as np
 
