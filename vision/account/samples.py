@@ -15,6 +15,8 @@ from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import SMOOTH, ViewArcs
 from vision.scene import Scene, StoredScene
 
+_NEIGHBOURS = 8  # samples that an element is held against
+
 
 @dataclass(frozen=True)
 class Sides(Rows):
@@ -86,12 +88,7 @@ def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> S
     of a part that shows little, as the head of a bolt: they are present or absent together.
     """
     n, away = len(samples.run), np.abs(nearby.offset)
-    elements = int(nearby.element.max(initial=-1)) + 1
-    nearest = np.full(elements, np.inf)
-    np.minimum.at(nearest, nearby.element, away)
-    owner = np.zeros(elements, np.int64)
-    first = away <= nearest[nearby.element]
-    owner[nearby.element[first]] = nearby.sample[first]
+    nearest, owner = _find_owners(samples, nearby, p)
     alien = ~share_surface(samples.kin[nearby.sample], samples.kin[owner[nearby.element]])
     claimed = alien & (nearest[nearby.element] < np.minimum(away - p.tie_px, p.tolerance_px))
     own = (away <= p.tolerance_px) & ~claimed
@@ -111,6 +108,32 @@ def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> S
     return SampleSupport(found, weigh_samples(samples, p), chance / len(p.chance_px), contrast, taken)
 
 
+def _find_owners(samples: Samples, nearby: Nearby, p: SupportParameters) -> tuple[Floats, Ints]:
+    """How far (e,) px each element lies from the nearest predicted edge, infinite beyond the tolerance, and the sample
+    (e,) that stands for that edge there: each for its stretch, of which `Nearby` has but the elements at its middle."""
+    from scipy.spatial import cKDTree
+
+    across = np.stack([-samples.direction[:, 1], samples.direction[:, 0]], axis=1)
+    place = samples.pixel[nearby.sample] + nearby.offset[:, None] * across[nearby.sample]
+    tree, there = cKDTree(_by_camera(samples.pixel, samples.camera)), _by_camera(place, samples.camera[nearby.sample])
+    reach = p.tolerance_px + float(samples.length_px.max(initial=0.0)) / 2
+    near = np.asarray(tree.query(there, _NEIGHBOURS, distance_upper_bound=reach)[1], np.int64)
+    rows, column = np.nonzero(near < len(samples.pixel))
+    sample = near[rows, column]
+    apart = place[rows] - samples.pixel[sample]
+    off = np.abs(np.einsum("ni,ni->n", apart, across[sample]))
+    along = np.abs(np.einsum("ni,ni->n", apart, samples.direction[sample]))
+    alike = np.abs(np.einsum("ni,ni->n", samples.direction[nearby.sample[rows]], samples.direction[sample]))
+    stands = (off <= p.tolerance_px) & (along <= samples.length_px[sample] / 2) & (alike > p.crowded_cosine)
+    element, sample, off = nearby.element[rows[stands]], sample[stands], off[stands]
+    count = int(nearby.element.max(initial=-1)) + 1
+    nearest, owner = np.full(count, np.inf), np.zeros(count, np.int64)
+    np.minimum.at(nearest, element, off)
+    first = off <= nearest[element]
+    owner[element[first]] = sample[first]
+    return nearest, owner
+
+
 def weigh_samples(samples: Samples, p: SupportParameters) -> Floats:
     """The px (n,) that samples count where they are found, as in `SampleSupport`: no picture is needed to say."""
     return np.where(_are_crowded(samples, p) | ~samples.inside, 0.0, samples.length_px)
@@ -121,14 +144,18 @@ def share_surface(a: Ints, b: Ints) -> Bools:
     return np.asarray(((a[:, :, None] == b[:, None, :]) & (a[:, :, None] >= 0)).any(axis=(1, 2)))
 
 
+def _by_camera(pixel: Floats, camera: Ints) -> Floats:
+    """Pixels (n, 3) that a third coordinate, beyond any picture's size, keeps apart by camera."""
+    return np.column_stack([pixel, 1e6 * camera])
+
+
 def _are_crowded(samples: Samples, p: SupportParameters) -> Bools:
     """Which samples lie too near to a nearly parallel predicted edge of other surfaces to be distinguished from it."""
     from scipy.spatial import cKDTree
 
     out = np.zeros(len(samples.run), bool)
-    # A third coordinate beyond any picture's size keeps the cameras apart.
-    at = np.column_stack([samples.pixel, 1e6 * samples.camera])
-    i, j = cKDTree(at).query_pairs(p.crowded_px, output_type="ndarray").T
+    at = cKDTree(_by_camera(samples.pixel, samples.camera))
+    i, j = at.query_pairs(p.crowded_px, output_type="ndarray").T
     other = samples.arc[i] != samples.arc[j]
     i, j = i[other], j[other]
     parallel = np.abs(np.einsum("ni,ni->n", samples.direction[i], samples.direction[j])) > p.crowded_cosine

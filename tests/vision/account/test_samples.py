@@ -137,7 +137,7 @@ def test_support_is_by_the_nearest_element_of_its_own() -> None:
     n = 220
     surface = rng.integers(0, 4, (n, 2))
     samples = samples_at(rng.uniform(20, 180, (n, 2)), unit(rng.uniform(0, np.pi, n)), surface, rng.integers(0, 30, n))
-    samples = replace(samples, length_px=rng.uniform(1, 3, n), inside=rng.random(n) > 0.1)
+    samples = replace(samples, length_px=rng.uniform(1, 6, n), inside=rng.random(n) > 0.1)
     edges = edge_points(rng.uniform(0, 200, (4500, 2)), unit(rng.uniform(0, np.pi, 4500)))
     edges.contrast[:] = rng.uniform(5, 90, 4500)
     nearby = find_nearby(
@@ -145,10 +145,14 @@ def test_support_is_by_the_nearest_element_of_its_own() -> None:
     )
     found = measure_support(samples, nearby, P.account.support)
     rows = list(zip(nearby.sample.tolist(), nearby.element.tolist(), nearby.offset.tolist(), strict=True))
-    nearest: dict[int, tuple[float, int]] = {}
+    across = samples.direction[:, ::-1] * [-1, 1]
+    nearest = dict.fromkeys(nearby.element.tolist(), (np.inf, 0))
     for sample, element, offset in rows:
-        if abs(offset) < nearest.get(element, (np.inf, 0))[0]:
-            nearest[element] = abs(offset), sample
+        apart = samples.pixel[sample] + offset * across[sample] - samples.pixel
+        along, off = (np.abs((apart * way).sum(axis=1)) for way in (samples.direction, across))
+        alike = np.abs(samples.direction @ samples.direction[sample]) > math.cos(math.radians(30))
+        for j in np.flatnonzero((off <= 2.0) & (along <= samples.length_px / 2) & alike).tolist():
+            nearest[element] = min(nearest[element], (off[j], j))
     for i in range(n):
         mine = [(e, o) for s, e, o in rows if s == i]
         own = [
