@@ -42,6 +42,7 @@ class MovedParameters:
     """log odds likewise, 150 to 1, from which it is said to have moved; below, it only explains edges of neighbours"""
     shade_log_odds: float = 5.0
     """log odds that are taken off where all of what lies between the two places is dark: a shadow beside an edge"""
+    most_shaded: float = 0.9  # share of its edges, found elsewhere, beside which it may be so; feet of parts have all
     most_mean_normal: float = 0.5  # length of the mean of the unit normals below which a surface bends around
     least_spread: float = 0.15  # mean square of the normals along the second direction that they span, there
     most_in_place: float = 0.35
@@ -134,8 +135,8 @@ class StateParameters:
     least_moved_share: float = 0.05  # share of an item's edges that a surface must have to speak for it
     changed_sigma: float = 4.0
     """standard deviations by which a thickness must differ, or a bore lie aside, to count as changed"""
-    changed_diameter_sigma: float = 3.0
-    """the same of a diameter: of 418 that are as modelled none differed by 2.5 and `changed_mm`"""
+    changed_diameter_sigma: float = 3.5
+    """the same of a diameter: of 680 that are as modelled one differed by 3.2 and `changed_mm`, the others by 2.5"""
     changed_mm: float = 0.8  # mm likewise: smaller differences are within the error of small bores and burrs
     doubtful_sigma: float = 3.0  # standard deviations from which such a difference is doubtful
     changed_wall_mm: float = 1.5  # mm likewise of a thickness: both of its sides err

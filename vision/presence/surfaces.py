@@ -464,8 +464,9 @@ def assess_surfaces(
     offsets, closed = measure_moved(edges, there, sought, p)
     # A shadow runs along straight edges, and not all around a bore.
     open_mm = np.where(np.isin(np.arange(count), there[closed]), 0.0, sought)
-    log_odds -= p.moved.shade_log_odds * find_shaded(edges, open_mm)
-    certain = log_odds - in_place >= p.moved.sure_log_odds
+    shaded = find_shaded(edges, open_mm)
+    log_odds -= p.moved.shade_log_odds * shaded
+    certain = (log_odds - in_place >= p.moved.sure_log_odds) & (shaded < p.moved.most_shaded)
     # Surfaces found in place, or found displaced, or bent around and found all around.
     agree_px = offsets.agree * p.account.runs.stretch_px
     found = agree_px >= p.moved.least_found * weight[there]

@@ -192,10 +192,11 @@ def test_what_is_told_missing_explains_its_edges(odds: float, explained: list[in
 @pytest.mark.parametrize(
     ("mm", "sigma", "log_odds", "state", "why"),
     [
-        (0.5, 0.16, 2.0, "changed", "its size differs from the model's"),  # 3.1 sigma
+        (0.5, 0.14, 2.0, "changed", "its size differs from the model's"),  # 3.6 sigma
+        (0.5, 0.15, 2.0, "not_confirmed", "a size of it may differ from the model's"),
         (0.5, 0.17, 2.0, "confirmed", "its edges are found"),
-        (0.5, 0.16, 0.0, "not_confirmed", "a size of it may differ from the model's"),  # glare narrows a bore,
-        (-0.5, 0.16, 0.0, "changed", "its size differs from the model's"),  # and never widens one
+        (0.5, 0.14, 0.0, "not_confirmed", "a size of it may differ from the model's"),  # glare narrows a bore,
+        (-0.5, 0.14, 0.0, "changed", "its size differs from the model's"),  # and never widens one
         (0.39, 0.09, 2.0, "not_confirmed", "a size of it may differ from the model's"),
         (0.39, 0.1, 2.0, "confirmed", "its edges are found"),  # of less than .8 mm 3.9 sigma are no doubt
     ],
