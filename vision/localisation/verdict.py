@@ -158,7 +158,7 @@ class HypothesisTable:
     found, expected: sum of the places' log odds without regard to arcs, and its expectation at the right pose;
     outline_px, outline_contrast, outline_evidence: length of the outlines against the background, contrast of the greys
     beside them, and the log odds that they are outlines; is_symmetric: whether a symmetry of the model leads there from
-    the best; told: log odds of the account of all edges, NaN where it was not asked.
+    the best; told: log odds of the account of all edges, NaN where it was not asked; strain: as of a refined pose.
     """
 
     prior_sigma: Floats
@@ -170,6 +170,7 @@ class HypothesisTable:
     outline_evidence: Floats
     is_symmetric: Bools
     told: Floats
+    strain: Floats | float = 0.0
 
     @classmethod
     def of(cls, hypotheses: Sequence[RefinedPose]) -> HypothesisTable:
@@ -177,7 +178,7 @@ class HypothesisTable:
             (
                 h.prior_sigma, h.evidence, h.support.found.sum(), h.support.expected.sum(),
                 *((h.outlines.total_px, h.outlines.mean, h.outlines.evidence) if h.outlines else (0.0, 0.0, 0.0)),
-                h.is_symmetric, h.told,
+                h.is_symmetric, h.told, h.strain,
             )
             for h in hypotheses
         ]  # fmt: skip
@@ -185,8 +186,8 @@ class HypothesisTable:
 
     @property
     def believed(self) -> Floats:
-        """Half of the distance from the prior squared; 0 where there is none."""
-        return np.nan_to_num(0.5 * self.prior_sigma**2)
+        """Half of the distance from the prior squared, 0 where there is none, and the strain."""
+        return np.nan_to_num(0.5 * self.prior_sigma**2) + self.strain
 
     @property
     def cost(self) -> Floats:

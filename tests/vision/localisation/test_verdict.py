@@ -132,11 +132,11 @@ def test_a_camera_is_weighed_as_a_pose_without_a_prior() -> None:
 def test_what_cameras_find_adds_up() -> None:
     support = SimpleNamespace(found=np.array([30.0, 20.0]), expected=np.array([40.0, 60.0]))
     pose = SimpleNamespace(
-        prior_sigma=2.0, evidence=9.0, support=support, outlines=None, is_symmetric=False, told=np.nan
+        prior_sigma=2.0, evidence=9.0, support=support, outlines=None, is_symmetric=False, told=np.nan, strain=1.5
     )
     table = HypothesisTable.of([cast(RefinedPose, pose)])
     assert (table.found.tolist(), table.expected.tolist(), table.share.tolist()) == ([50.0], [100.0], [0.5])
-    assert (table.believed.tolist(), table.cost.tolist()) == ([2.0], [-7.0])
+    assert (table.believed.tolist(), table.cost.tolist()) == ([3.5], [-5.5])
 
 
 def accepted() -> Verdict:
