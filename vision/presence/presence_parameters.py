@@ -40,9 +40,8 @@ class MovedParameters:
     rounds: int = 6  # rounds of weighing displacements again after some surfaces moved
     sure_log_odds: float = 5.0
     """log odds likewise, 150 to 1, from which it is said to have moved; below, it only explains edges of neighbours"""
-    shade_log_odds: float = 5.0
-    """log odds that are taken off where all of what lies between the two places is dark: a shadow beside an edge"""
-    most_shaded: float = 0.9  # share of its edges, found elsewhere, beside which it may be so; feet of parts have all
+    most_shaded: float = 0.9
+    """share of its edges, found elsewhere, between which and its place all may be dark: of a foot in its shadow all is"""
     most_mean_normal: float = 0.5  # length of the mean of the unit normals below which a surface bends around
     least_spread: float = 0.15  # mean square of the normals along the second direction that they span, there
     most_in_place: float = 0.35

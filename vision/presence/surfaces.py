@@ -464,9 +464,8 @@ def assess_surfaces(
     offsets, closed = measure_moved(edges, there, sought, p)
     # A shadow runs along straight edges, and not all around a bore.
     open_mm = np.where(np.isin(np.arange(count), there[closed]), 0.0, sought)
-    shaded = find_shaded(edges, open_mm)
-    log_odds -= p.moved.shade_log_odds * shaded
-    certain = (log_odds - in_place >= p.moved.sure_log_odds) & (shaded < p.moved.most_shaded)
+    certain = log_odds - in_place >= p.moved.sure_log_odds
+    certain &= find_shaded(edges, open_mm) < p.moved.most_shaded
     # Surfaces found in place, or found displaced, or bent around and found all around.
     agree_px = offsets.agree * p.account.runs.stretch_px
     found = agree_px >= p.moved.least_found * weight[there]
@@ -490,7 +489,6 @@ def assess_surfaces(
     px = np.abs(mm) * rate / np.maximum(np.bincount(edges.moving.surface, carried, count), 1e-9)
     moved &= (supported <= p.moved.most_in_place * weight) | (px < p.account.support.tolerance_px)
     moved[there] &= agree_px >= p.moved.least_there * weight[there]
-    moved &= _count_own_px(runs, moved, log_odds) >= p.moved.least_distinct_px
     return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
 
@@ -506,18 +504,6 @@ def find_shaded(edges: EdgePredictions, mm: Floats) -> Floats:
     surface, px = samples.surface[sample, side][of[near]], beside.weight[sample[of[near]]]
     shaded = np.bincount(surface, px * edges.shaded[at[near]], count)
     return np.asarray(shaded / np.maximum(np.bincount(surface, px, count), 1e-9))
-
-
-def _count_own_px(runs: EdgeRuns, moved: Bools, log_odds: Floats) -> Floats:
-    """Px (s,) of surfaces' edges that no neighbour explains which has moved more surely: the rim of a wider bore says
-    nothing of the web around it."""
-    out = np.zeros(len(moved))
-    for side in (0, 1):
-        own, other = runs.surface[:, side], runs.surface[:, 1 - side]
-        surer = (other >= 0) & moved[other] & (log_odds[other] > log_odds[own])
-        rows = (own >= 0) & ~surer
-        out += np.bincount(own[rows], runs.weight_px[rows], len(moved))
-    return out
 
 
 def _bend(samples: Samples, count: int) -> tuple[Bools, Floats, Floats]:

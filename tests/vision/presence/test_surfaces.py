@@ -243,15 +243,14 @@ def test_what_is_found_in_place_or_hardly_found_elsewhere_has_not_moved(
     assert bool(assessed(edges).moved[1]) == has_moved
 
 
-@pytest.mark.parametrize(("px", "taken_off"), [(190, 0.0), (95, 5.0)])
-def test_what_is_dark_between_two_places_may_be_a_shadow_unless_it_runs_all_around(px: int, taken_off: float) -> None:
+@pytest.mark.parametrize("px", [190, 95])
+def test_what_is_dark_between_two_places_may_be_a_shadow_unless_it_runs_all_around(px: int) -> None:
     """A rim 2 mm wider, of which all is in sight or a half."""
     edges, _ = rim(np.zeros(2), 2.0)
     edges = replace(edges, beside=replace(edges.beside, weight=(np.arange(190) < px).astype(float)))
     for dark in (1.0, 0.92, 0.88, 0.4):
         found = assessed(replace(edges, shaded=np.arange(190) < dark * px))
-        assert assessed(edges).log_odds[1] - found.log_odds[1] == pytest.approx(dark * taken_off, abs=0.05)
-        assert np.isfinite(found.mm[1]) == (dark < 0.9 or not taken_off)  # else in doubt
+        assert np.isfinite(found.mm[1]) == (dark < 0.9 or px == 190)  # else in doubt
 
 
 def test_a_displacement_is_weighed_against_in_place_and_what_is_tried() -> None:
