@@ -31,7 +31,6 @@ class MovedParameters:
     step_mm: float = 0.25  # mm between the displacements tried
     distinct_mm: float = 1.0  # mm by which two displacements are different ones
     tangent_cosine: float = 0.99  # of the angle within which surfaces meet smoothly: a corner moves with its walls
-    own_px: float = 2.0  # px from an edge's place within which what lies on a blend may still be the edge
     least_left_mm: float = 1.0  # mm between two opposite faces, of material or room: no displacement leaves less
     min_px_per_mm: float = 0.15  # px by which an edge must move in the picture for each mm to count
     least_px: float = 0.8  # px: a smaller displacement is not clear of the edge's own place
@@ -41,7 +40,7 @@ class MovedParameters:
     sure_log_odds: float = 5.0
     """log odds likewise, 150 to 1, from which it is said to have moved; below, it only explains edges of neighbours"""
     most_shaded: float = 0.9
-    """share of its edges, found elsewhere, between which and its place all may be dark: of a foot in its shadow all is"""
+    """share of its edges, found elsewhere, with all dark from its place on that may be: a foot has its shadow there"""
     most_mean_normal: float = 0.5  # length of the mean of the unit normals below which a surface bends around
     least_spread: float = 0.15  # mean square of the normals along the second direction that they span, there
     most_in_place: float = 0.35

@@ -11,7 +11,7 @@ from relmodel.arrays import Bools, Floats, Ints, count_from
 from vision.account.account_parameters import RunParameters
 from vision.account.runs import EdgeAccount, EdgeRuns, sum_in_one_light, weigh_absence
 from vision.localisation.localise import Localisation
-from vision.localisation.views import SMOOTH, ModelView, Observation
+from vision.localisation.views import ModelView, Observation
 from vision.localisation.visibility import PartsInView
 from vision.presence.displaced import (
     DISPLACED,
@@ -32,7 +32,6 @@ from vision.presence.items import (
     find_normals,
     find_open,
     find_unexplained,
-    lie_on,
     list_items,
     look_at_features,
 )
@@ -371,11 +370,8 @@ def assess(
     samples, support, runs = it.samples, it.support, it.runs
     maps = [view.maps[name] for name in rig.cameras]
     items = list_items(stored, parts, maps)
-    smooth = {name: view.samples.take(view.kind[view.run] == SMOOTH) for name, view in views.items()}
-    reach, least = p.unexplained.reach_px, p.unexplained.min_cosine
-    blends = [lie_on(index, smooth[name], reach, least) for name, index in zip(rig.cameras, indexes, strict=True)]
     moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
-    usable = find_usable(samples, it.nearby, support, np.concatenate(blends), p.moved)
+    usable = find_usable(samples, it.nearby, support.owner)
     beside = BodyElements(it.nearby.first, it.nearby.offset, usable, support.weight)
     edges = EdgePredictions(samples, moving, beside, runs, it.nearby.contrast * it.nearby.offset > 0)
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)

@@ -9,9 +9,9 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, count_from, sum_by_group
 from vision.account.runs import EdgeRuns, compute_log_odds, sum_in_one_light
-from vision.account.samples import Nearby, Samples, SampleSupport
+from vision.account.samples import Nearby, Samples
 from vision.presence.items import Items
-from vision.presence.presence_parameters import DisplacementParameters, MovedParameters, PresenceParameters
+from vision.presence.presence_parameters import DisplacementParameters, PresenceParameters
 from vision.scene import Scene, StoredScene
 
 # A body is what moves as one and carries edge samples along, each by so many px along its image normal for a unit of
@@ -281,17 +281,12 @@ class EdgePredictions:
     shaded: Bools
 
 
-def find_usable(samples: Samples, nearby: Nearby, support: SampleSupport, blends: Bools, p: MovedParameters) -> Bools:
+def find_usable(samples: Samples, nearby: Nearby, owner: Ints) -> Bools:
     """Which elements near samples (m, 2) may be edges of a displaced surface, either one of the sample's: they do not
-    belong to an edge of other surfaces.
-
-    blends: which elements lie on a predicted blend: its shine is no edge that has moved.
-    """
-    free = (np.abs(nearby.offset) <= p.own_px) | ~blends[nearby.element]
-    owner = support.owner
+    belong to an edge of other surfaces, as `SampleSupport.owner` has it."""
     surface = samples.surface[nearby.sample]
     own = (samples.surface[owner][:, None, :] == surface[:, :, None]).any(axis=2)
-    return np.ascontiguousarray((surface >= 0) & free[:, None] & ((owner < 0)[:, None] | own))
+    return np.ascontiguousarray((surface >= 0) & ((owner < 0)[:, None] | own))
 
 
 def measure_moved(

@@ -38,7 +38,6 @@ def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
     """What elements show along samples, of edges that mostly show where chance finds little."""
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, [index], np.zeros(1), P.account.samples)
     support = measure_support(samples, nearby, P.account.support)
-    blends = np.zeros(len(index.edges.position), bool)
     count = samples.run_count
     head = np.unique(samples.run, return_index=True)[1]
     weight = np.bincount(samples.run, support.weight, count).astype(float)
@@ -49,7 +48,7 @@ def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
     )  # fmt: skip
     none = np.zeros(0, np.int64)
     moving = find_moving_surfaces(samples, (none, none, np.zeros((0, 3))))
-    usable = find_usable(samples, nearby, support, blends, P.moved)
+    usable = find_usable(samples, nearby, support.owner)
     beside = BodyElements(nearby.first, nearby.offset, usable, support.weight)
     return EdgePredictions(samples, moving, beside, runs, nearby.contrast * nearby.offset > 0)
 

@@ -100,26 +100,20 @@ def test_edges_are_weighed_where_their_body_may_lie(reach: float) -> None:
         assert not in_sight.all()
 
 
-def test_elements_of_other_surfaces_and_of_blends_are_no_edge_that_has_moved() -> None:
+def test_elements_of_other_surfaces_are_no_edge_that_has_moved() -> None:
     rng = np.random.default_rng(2)
     n = 40
     surface = rng.integers(-1, 5, (n, 2))
     samples = samples_at(np.zeros((n, 2)), unit(np.zeros(n)), surface, np.arange(n))
     sample = np.sort(rng.integers(0, n, 150))
-    element = rng.integers(0, 80, 150)
-    offset = rng.uniform(-6, 6, 150)
-    first = np.searchsorted(sample, np.arange(n + 1))
-    nearby = Nearby(first, sample, element, offset, np.ones(150))
+    nearby = Nearby(np.searchsorted(sample, np.arange(n + 1)), sample, np.arange(150), np.zeros(150), np.ones(150))
     owner = np.where(rng.random(150) < 0.5, -1, rng.integers(0, n, 150))
-    support = SampleSupport(np.zeros(n, bool), np.ones(n), np.zeros(n), np.zeros(n), owner)
-    blends = rng.random(80) < 0.3
-    found = find_usable(samples, nearby, support, blends, P.moved)
+    found = find_usable(samples, nearby, owner)
     for row in range(150):
         for side in (0, 1):
             mine = surface[sample[row], side]
             theirs = owner[row] < 0 or mine in surface[owner[row]]
-            wanted = mine >= 0 and theirs and (abs(offset[row]) <= 2.0 or not blends[element[row]])
-            assert found[row, side] == wanted
+            assert found[row, side] == (mine >= 0 and theirs)
 
 
 def test_a_corner_moves_with_the_walls_that_run_into_it() -> None:
