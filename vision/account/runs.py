@@ -18,7 +18,6 @@ from vision.account.samples import (
     find_nearby,
     look_at_sides,
     measure_support,
-    share_surface,
 )
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import RESPONSE, EdgeIndex
@@ -220,11 +219,9 @@ def _predict_shows(
         apart += front[:, None] != front[None]
         trust = np.minimum(weight[rows], p.most_px) / p.most_px
         alike = np.exp(-apart) * trust
-        i, j = np.divmod(np.arange(len(rows) ** 2), len(rows))
-        same = share_surface(surface[rows][i][:, :1], surface[rows][j]) & (
-            share_surface(surface[rows][i][:, 1:], surface[rows][j]) | (surface[rows][i][:, 1] < 0)
-        )
-        alike[same.reshape(alike.shape)] = 0.0
+        a, b = surface[rows].T
+        on_a, on_b = (((side[:, None] == a) | (side[:, None] == b)) & (side[:, None] >= 0) for side in (a, b))
+        alike[on_a & (on_b | (b[:, None] < 0))] = 0.0
         out[rows] = (alike @ found[rows] + p.usual_runs * usual) / (alike.sum(axis=1) + p.usual_runs)
     return out
 

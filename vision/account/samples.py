@@ -141,7 +141,7 @@ def weigh_samples(samples: Samples, p: SupportParameters) -> Floats:
 
 def share_surface(a: Ints, b: Ints) -> Bools:
     """Whether two samples (n, 2), (n, 2) lie on one surface."""
-    return np.asarray(((a[:, :, None] == b[:, None, :]) & (a[:, :, None] >= 0)).any(axis=(1, 2)))
+    return np.asarray(np.logical_or.reduce([(a[:, i] == b[:, j]) & (a[:, i] >= 0) for i in (0, 1) for j in (0, 1)]))
 
 
 def _by_camera(pixel: Floats, camera: Ints) -> Floats:
