@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 import pytest
+from sqlalchemy import Connection, Row
 
 from relmodel.store import Run, Store, sql
 from relmodel.store.check import check
+from tests.given import NewStore
 
 Model = dict[str, dict[str, Any]]
+Find = Callable[[Model, str], Sequence[Row[Any]]]
 
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], float)
 
@@ -110,8 +112,28 @@ def plate() -> Model:
 
 def fill(store: Store, model: Model) -> None:
     with Run.begin(store, "load", {}) as run, run.write() as connection:
-        for name, columns in model.items():
-            store.append(connection, name.partition("/")[0], columns)
+        append(store, connection, model)
+
+
+def append(store: Store, connection: Connection, model: Model) -> None:
+    for name, columns in model.items():
+        store.append(connection, name.partition("/")[0], columns)
+
+
+@pytest.fixture(scope="module")
+def found_in(new_store: NewStore) -> Iterator[Find]:
+    """Rows that a check finds in a model, of which nothing stays in the store."""
+
+    def find(model: Model, name: str) -> Sequence[Row[Any]]:
+        with store.engine.connect() as connection, connection.begin() as transaction:
+            append(store, connection, model)
+            found = store.rows(connection, f"check/{name}")
+            transaction.rollback()
+        return found
+
+    with Store.open(new_store("duckdb")) as store:
+        fill(store, {})
+        yield find
 
 
 def test_sound_model_passes(fresh_store: str) -> None:
@@ -233,13 +255,10 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_fault_is_found(name: str, duckdb_file: Path) -> None:
+def test_fault_is_found(name: str, found_in: Find) -> None:
     model = plate()
     FAULTS[name](model)
-    with Store.open(duckdb_file) as store:
-        fill(store, model)
-        with store.read() as connection:
-            assert store.rows(connection, f"check/{name}")
+    assert found_in(model, name)
 
 
 def test_run_without_a_beginning_is_found(fresh_store: str) -> None:
@@ -296,7 +315,7 @@ def test_every_query_has_a_fault_here() -> None:
     ],
 )
 def test_distance_from_surface(
-    kind: str, columns: dict[str, float], point: tuple[float, ...], distance: float, duckdb_file: Path
+    kind: str, columns: dict[str, float], point: tuple[float, ...], distance: float, found_in: Find
 ) -> None:
     model = plate()
     model["surface"] |= columns | {"kind": kind}
@@ -304,8 +323,4 @@ def test_distance_from_surface(
         for axis, value in zip("xyz", point, strict=True):
             model["arc"][f"{end}_{axis}"] = value
     model["arc"] |= box([point] * 4, [point] * 4)
-    with Store.open(duckdb_file) as store:
-        fill(store, model)
-        with store.read() as connection:
-            found = [row.distance for row in store.rows(connection, "check/arc_off_surface")]
-    assert found == pytest.approx([distance] * 4)
+    assert [row.distance for row in found_in(model, "arc_off_surface")] == pytest.approx([distance] * 4)
