@@ -182,9 +182,12 @@ def new_store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
 
 
 @pytest.fixture(scope="session", params=["duckdb", "postgresql"])
-def store_of_runs(request: pytest.FixtureRequest, new_store: Callable[[str], str]) -> str:
-    """One store for all tests that make a run each, and look at what that has alone, once on each engine."""
-    return new_store(request.param)
+def store_of_runs(request: pytest.FixtureRequest, new_store: Callable[[str], str]) -> Iterator[Any]:
+    """One store, open, for all tests that make a run each, and look at what that has alone, once on each engine."""
+    from relmodel.store import Store
+
+    with Store.open(new_store(request.param)) as store:
+        yield store
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
@@ -13,6 +13,7 @@ import sqlalchemy as sa
 from relmodel.arrays import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
+from tests.given import NewStore
 from vision.inspection.answer import Outcome, read_outcome
 from vision.localisation.localisation_parameters import VerdictParameters
 from vision.localisation.verdict import HypothesisTable, find_standing
@@ -20,46 +21,46 @@ from vision.localisation.verdict import HypothesisTable, find_standing
 Variants = list[tuple[str, float, int]]  # name, log odds, and how many items differ from it; the first is placed
 
 
-def outcome(target: str, states: list[str], variants: Variants, verdict: str = "accepted", parts: int = 0) -> Outcome:
+def outcome(store: Store, states: list[str], variants: Variants, verdict: str = "accepted", parts: int = 0) -> Outcome:
     """What stands beside the verdict of an inspection that found features in these states, the first some parts, and a
     changed face."""
     levels = ["part"] * parts + ["feature"] * (len(states) - parts) + ["surface"] * bool(states)
     count = len(levels)
-    with Store.open(target) as store:
-        with Run.begin(store, "inspect", {}) as run, run.write() as connection:
-            if store.dialect == "postgresql":  # there is no world, and no part in it
-                connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
-            given: dict[str, Any] = {"world_id": 1, "rig_id": 1, "needs_translation_mm": 1.0, "needs_rotation": 0.01}
-            given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()]), **matrix_columns(np.eye(4)[None])}
-            found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99}
-            run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
-            evidence = ("log_odds", "expected_log_odds", "absent_log_odds", "visible_pixels", "edge_px", "distinct_px")
-            seen: dict[str, Any] = {"path": "part", "qif": "FAIL", "reason": "so"}
-            seen |= {"feature_no": np.ma.masked_array(np.arange(count), np.array(levels) != "feature")}
-            seen |= {"surface_no": np.ma.masked_array(np.arange(count), np.array(levels) != "surface")}
-            seen |= {"item_no": np.arange(count), "level": levels, "occurrence_id": 1}
-            seen |= {"state": [*states, "changed"][:count], **dict.fromkeys((*evidence, "supported_px"), 1.0)}
-            run.append(connection, "presence", {"run_id": run.id, **seen})
-            ids = store.new_ids(connection, "object_variant", len(variants))
-            loaded: dict[str, Any] = {"name": "bulkhead", "variant": [name for name, _, _ in variants]}
-            loaded |= {"revision": run.id, "object_id": 1, "source_id": 1}
-            run.append(connection, "object_variant", {"id": ids, **loaded})
-            order = np.argsort([-odds for _, odds, _ in variants])
-            weighed: dict[str, Any] = {"log_odds": [variants[k][1] for k in order], "decided": 90}
-            weighed |= {"against": [variants[k][2] for k in order], "placed": order == 0, "object_no": 0}
-            weighed |= {"rank_no": np.arange(len(order)), "object_variant_id": ids[order]}
-            run.append(connection, "variant_evidence", {"run_id": run.id, **weighed})
-        with store.read() as connection:
-            return read_outcome(store, connection, run.id)
+    with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+        if store.dialect == "postgresql":  # there is no world, and no part in it
+            connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
+        given: dict[str, Any] = {"world_id": 1, "rig_id": 1, "needs_translation_mm": 1.0, "needs_rotation": 0.01}
+        given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()]), **matrix_columns(np.eye(4)[None])}
+        found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99}
+        run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
+        evidence = ("log_odds", "expected_log_odds", "absent_log_odds", "visible_pixels", "edge_px", "distinct_px")
+        seen: dict[str, Any] = {"path": "part", "qif": "FAIL", "reason": "so"}
+        seen |= {"feature_no": np.ma.masked_array(np.arange(count), np.array(levels) != "feature")}
+        seen |= {"surface_no": np.ma.masked_array(np.arange(count), np.array(levels) != "surface")}
+        seen |= {"item_no": np.arange(count), "level": levels, "occurrence_id": 1}
+        seen |= {"state": [*states, "changed"][:count], **dict.fromkeys((*evidence, "supported_px"), 1.0)}
+        run.append(connection, "presence", {"run_id": run.id, **seen})
+        ids = store.new_ids(connection, "object_variant", len(variants))
+        loaded: dict[str, Any] = {"name": "bulkhead", "variant": [name for name, _, _ in variants]}
+        loaded |= {"revision": run.id, "object_id": 1, "source_id": 1}
+        run.append(connection, "object_variant", {"id": ids, **loaded})
+        order = np.argsort([-odds for _, odds, _ in variants])
+        weighed: dict[str, Any] = {"log_odds": [variants[k][1] for k in order], "decided": 90}
+        weighed |= {"against": [variants[k][2] for k in order], "placed": order == 0, "object_no": 0}
+        weighed |= {"rank_no": np.arange(len(order)), "object_variant_id": ids[order]}
+        run.append(connection, "variant_evidence", {"run_id": run.id, **weighed})
+    with store.read() as connection:
+        return read_outcome(store, connection, run.id)
 
 
 @pytest.fixture(scope="module")
-def duckdb_of_runs(new_store: Callable[[str], str]) -> str:
+def duckdb_of_runs(new_store: NewStore) -> Iterator[Store]:
     """For words and causes, which are made of the same rows whatever the engine."""
-    return new_store("duckdb")
+    with Store.open(new_store("duckdb")) as store:
+        yield store
 
 
-def test_parts_and_features_that_are_not_as_modelled_are_counted(store_of_runs: str) -> None:
+def test_parts_and_features_that_are_not_as_modelled_are_counted(store_of_runs: Store) -> None:
     states = ["changed"] * 3 + ["contradicted", "confirmed", "not_confirmed", "not_confirmed", "undecidable"]
     said = outcome(store_of_runs, states, [])
     counts = "5 of 8 checked, 3 changed, 1 contradicted, 2 not confirmed, 1 undecidable"
@@ -85,7 +86,7 @@ def test_parts_and_features_that_are_not_as_modelled_are_counted(store_of_runs: 
     ],
 )
 def test_what_is_not_checked_never_reads_as_passed(
-    duckdb_of_runs: str, verdict: str, confirmed: int, open_: int, words: str, mood: str
+    duckdb_of_runs: Store, verdict: str, confirmed: int, open_: int, words: str, mood: str
 ) -> None:
     said = outcome(duckdb_of_runs, ["confirmed"] * confirmed + ["undecidable"] * open_, [], verdict)
     assert (said.words, said.mood, said.is_usable) == (words, mood, verdict == "accepted")
@@ -94,7 +95,7 @@ def test_what_is_not_checked_never_reads_as_passed(
 
 
 @pytest.mark.parametrize(("parts", "part"), [(0, "as modelled"), (1, "not enough seen")])
-def test_no_part_that_should_be_seen_and_is_not_is_as_modelled(store_of_runs: str, parts: int, part: str) -> None:
+def test_no_part_that_should_be_seen_and_is_not_is_as_modelled(store_of_runs: Store, parts: int, part: str) -> None:
     said = outcome(store_of_runs, ["not_confirmed", "confirmed", "confirmed"], [], parts=parts)
     assert said.words == f"pose usable; part {part}; 2 of 3 checked, 1 not confirmed"
 
@@ -119,7 +120,7 @@ A = ("A", 10.0, 12)
     ],
 )
 def test_another_variant_that_the_pictures_show_is_named(
-    duckdb_of_runs: str, variants: Variants, variant: str, evidence: str
+    duckdb_of_runs: Store, variants: Variants, variant: str, evidence: str
 ) -> None:
     said = outcome(duckdb_of_runs, ["changed", "confirmed"], variants)
     assert said.words == f"pose usable; part another variant; 2 of 2 checked, 1 changed; {variant}"
@@ -145,13 +146,13 @@ def test_another_variant_that_the_pictures_show_is_named(
         ),
     ],
 )
-def test_the_variant_of_the_world_is_no_other(duckdb_of_runs: str, variants: Variants, sentence: str) -> None:
+def test_the_variant_of_the_world_is_no_other(duckdb_of_runs: Store, variants: Variants, sentence: str) -> None:
     said = outcome(duckdb_of_runs, ["confirmed"], variants)
     assert (said.part_verdict, said.variant, said.has("variant")) == ("as modelled", None, False)
     assert said.variants[0].startswith(sentence)
 
 
-def test_a_variant_weighed_alone_says_nothing(duckdb_of_runs: str) -> None:
+def test_a_variant_weighed_alone_says_nothing(duckdb_of_runs: Store) -> None:
     assert outcome(duckdb_of_runs, ["confirmed"], [A]).variants == []
 
 
@@ -179,39 +180,36 @@ CAUSES: list[tuple[dict[str, float], float, str]] = [
 
 @pytest.mark.parametrize(("failed", "expected", "cause"), CAUSES, ids=lambda value: str(value))
 def test_a_refusal_names_its_likeliest_cause(
-    duckdb_of_runs: str, failed: dict[str, float], expected: float, cause: str
+    duckdb_of_runs: Store, failed: dict[str, float], expected: float, cause: str
 ) -> None:
-    with Store.open(duckdb_of_runs) as store:
-        with Run.begin(store, "inspect", {}) as run, run.write() as connection:
-            if store.dialect == "postgresql":
-                connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
-            pose = Ragged.pack([np.eye(6).ravel()])
-            given: dict[str, Any] = {"world_id": 1, "rig_id": 1, "needs_translation_mm": 3.0, "needs_rotation": 0.01}
-            given |= {"prior_covariance": pose, "covariance": pose, **matrix_columns(np.eye(4)[None])}
-            said: dict[str, Any] = {"verdict": "refused", "reason": "so", "posterior": 0.3}
-            run.append(connection, "inspection", {"run_id": [run.id], **given, **said})
-            limits = {n: v for n, v in asdict(VerdictParameters()).items() if isinstance(v, int | float)}
-            limits |= {"needs_translation_mm": 3.0, "needs_rotation": 0.01}
-            columns: dict[str, Any] = {"name": list(limits), "value": np.array(list(limits.values()))}
-            run.append(connection, "threshold", {"run_id": run.id, "decision": ["verdict"] * len(limits), **columns})
-            weighed = PASSED | failed
-            columns = {"name": list(weighed), "value": np.array(list(weighed.values()))}
-            run.append(connection, "verdict_statistic", {"run_id": run.id, **columns})
-            support = dict.fromkeys(("evidence", "found", "length_px"), 1.0) | {"expected": expected}
-            key: dict[str, Any] = {"run_id": [run.id], "hypothesis_no": 0, "camera": ["left"]}
-            run.append(connection, "hypothesis_support", key | support)
-            if "calibration" in failed:
-                words = {"kind": ["rig"], "sentence": ["the focal length is 4.8 % greater"]}
-                run.append(connection, "inspection_sentence", {"run_id": run.id, "sentence_no": [0], **words})
-        with store.read() as connection:
-            found = read_outcome(store, connection, run.id)
+    with Run.begin(duckdb_of_runs, "inspect", {}) as run, run.write() as connection:
+        pose = Ragged.pack([np.eye(6).ravel()])
+        given: dict[str, Any] = {"world_id": 1, "rig_id": 1, "needs_translation_mm": 3.0, "needs_rotation": 0.01}
+        given |= {"prior_covariance": pose, "covariance": pose, **matrix_columns(np.eye(4)[None])}
+        said: dict[str, Any] = {"verdict": "refused", "reason": "so", "posterior": 0.3}
+        run.append(connection, "inspection", {"run_id": [run.id], **given, **said})
+        limits = {n: v for n, v in asdict(VerdictParameters()).items() if isinstance(v, int | float)}
+        limits |= {"needs_translation_mm": 3.0, "needs_rotation": 0.01}
+        columns: dict[str, Any] = {"name": list(limits), "value": np.array(list(limits.values()))}
+        run.append(connection, "threshold", {"run_id": run.id, "decision": ["verdict"] * len(limits), **columns})
+        weighed = PASSED | failed
+        columns = {"name": list(weighed), "value": np.array(list(weighed.values()))}
+        run.append(connection, "verdict_statistic", {"run_id": run.id, **columns})
+        support = dict.fromkeys(("evidence", "found", "length_px"), 1.0) | {"expected": expected}
+        key: dict[str, Any] = {"run_id": [run.id], "hypothesis_no": 0, "camera": ["left"]}
+        run.append(connection, "hypothesis_support", key | support)
+        if "calibration" in failed:
+            words = {"kind": ["rig"], "sentence": ["the focal length is 4.8 % greater"]}
+            run.append(connection, "inspection_sentence", {"run_id": run.id, "sentence_no": [0], **words})
+    with duckdb_of_runs.read() as connection:
+        found = read_outcome(duckdb_of_runs, connection, run.id)
     assert found.cause == cause
     assert ("the focal length is 4.8 % greater" in found.refusal[0]) == ("calibration" in failed)
     assert found.refusal[0].startswith("likely cause: ")
     assert found.refusal[1].startswith("next: ")
 
 
-def test_why_a_pose_is_a_rival_or_none(store_of_runs: str) -> None:
+def test_why_a_pose_is_a_rival_or_none(store_of_runs: Store) -> None:
     """The view says what the verdict's own rule does: hypotheses of cost, evidence, prior and account made by hand."""
     p, count = VerdictParameters(), 6
     found = np.array([1000.0, 990, 990, 900, 990, 990])
@@ -222,22 +220,21 @@ def test_why_a_pose_is_a_rival_or_none(store_of_runs: str) -> None:
         outline_contrast=0 * found, outline_evidence=0 * found, is_symmetric=found < 0, told=told,
     )  # fmt: skip
     assert sorted(find_standing(table, p).tolist()) == [0, 2, 5]
-    with Store.open(store_of_runs) as store:
-        with Run.begin(store, "inspect", {}) as run, run.write() as connection:
-            if store.dialect == "postgresql":  # there is no inspection
-                connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
-            each: dict[str, Any] = {"run_id": run.id, "hypothesis_no": np.arange(count)}
-            posed: dict[str, Any] = {**each, **matrix_columns(np.tile(np.eye(4), (count, 1, 1)))}
-            posed |= dict.fromkeys(("evidence_ratio", "outline_length", "outline_contrast", "outline_evidence"), 0.0)
-            posed |= {"cost": table.cost, "distance": distance, "is_symmetric": False, "account_log_odds": told}
-            run.append(connection, "hypothesis", posed)
-            seen: dict[str, Any] = {"camera": "left", "evidence": found, "expected": found, "length_px": 1.0}
-            run.append(connection, "hypothesis_support", {**each, **seen, "found": found})
-            limits = {name: float(value) for name, value in asdict(p).items() if isinstance(value, int | float)}
-            given: dict[str, Any] = {"run_id": run.id, "decision": "verdict"}
-            run.append(connection, "threshold", {**given, "name": list(limits), "value": list(limits.values())})
-        with store.read() as connection:
-            asked = sa.text("SELECT rule, sentence FROM why_hypothesis WHERE run_id = :run ORDER BY hypothesis_no")
-            why = connection.execute(asked, {"run": run.id}).all()
+    with Run.begin(store_of_runs, "inspect", {}) as run, run.write() as connection:
+        if store_of_runs.dialect == "postgresql":  # there is no inspection
+            connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
+        each: dict[str, Any] = {"run_id": run.id, "hypothesis_no": np.arange(count)}
+        posed: dict[str, Any] = {**each, **matrix_columns(np.tile(np.eye(4), (count, 1, 1)))}
+        posed |= dict.fromkeys(("evidence_ratio", "outline_length", "outline_contrast", "outline_evidence"), 0.0)
+        posed |= {"cost": table.cost, "distance": distance, "is_symmetric": False, "account_log_odds": told}
+        run.append(connection, "hypothesis", posed)
+        seen: dict[str, Any] = {"camera": "left", "evidence": found, "expected": found, "length_px": 1.0}
+        run.append(connection, "hypothesis_support", {**each, **seen, "found": found})
+        limits = {name: float(value) for name, value in asdict(p).items() if isinstance(value, int | float)}
+        given: dict[str, Any] = {"run_id": run.id, "decision": "verdict"}
+        run.append(connection, "threshold", {**given, "name": list(limits), "value": list(limits.values())})
+    with store_of_runs.read() as connection:
+        asked = sa.text("SELECT rule, sentence FROM why_hypothesis WHERE run_id = :run ORDER BY hypothesis_no")
+        why = connection.execute(asked, {"run": run.id}).all()
     assert [row.rule for row in why] == ["best", "account", "rival", "less_evidence", "far_from_prior", "rival"]
     assert why[1].sentence.endswith("speaks against it by 12.1 log odds, and 12.0 are allowed")

@@ -54,24 +54,22 @@ def sigmas(row: dict[str, Any]) -> list[float]:
         ([0, 0, 45], [np.sqrt(2.5), np.sqrt(2.5), 3, np.sqrt(20.5e-6), np.sqrt(20.5e-6), 0.006]),
     ],
 )
-def test_sigmas_turn_with_the_rig(turn: list[float], seen: list[float], store_of_runs: str) -> None:
+def test_sigmas_turn_with_the_rig(turn: list[float], seen: list[float], store_of_runs: Store) -> None:
     world_from_rig = pose_of([10, 20, 30], np.radians(turn))
     covariance = np.diag(np.array([1, 2, 3, 0.004, 0.005, 0.006]) ** 2)
-    with Store.open(store_of_runs) as store:
-        row = stored(store, world_from_rig, covariance)
+    row = stored(store_of_runs, world_from_rig, covariance)
     assert sigmas(row) == pytest.approx(seen)
     assert [row[axis] for axis in "xyz"] == [10, 20, 30]
 
 
-def test_the_spread_is_that_of_poses_drawn(store_of_runs: str) -> None:
+def test_the_spread_is_that_of_poses_drawn(store_of_runs: Store) -> None:
     """Poses drawn about one with the covariance of it in the rig's frame, seen in the world."""
     rng = np.random.default_rng(13)
     half = rng.normal(size=(6, 6)) * np.repeat([0.3, 1e-3], 3)[:, None]
     covariance = half @ half.T
     rotation, place = Rotation.random(random_state=rng), np.array([1500.0, -300, 900])
-    with Store.open(store_of_runs) as store:
-        row = stored(store, pose_of(place, rotation.as_matrix()), covariance)
-        again = stored(store, np.eye(4), covariance)
+    row = stored(store_of_runs, pose_of(place, rotation.as_matrix()), covariance)
+    again = stored(store_of_runs, np.eye(4), covariance)
     np.testing.assert_allclose(np.reshape(again["covariance"], (6, 6)), covariance, rtol=1e-12)
 
     drawn = rng.multivariate_normal(np.zeros(6), covariance, size=100_000)

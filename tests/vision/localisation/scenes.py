@@ -90,8 +90,8 @@ def blocks() -> Scene:
 def endless_blocks(pitch: float) -> Scene:
     """A plate with equal blocks at a pitch both ways, wider than any camera here sees."""
     boxes = [(np.array([-1000.0, -1000, -20]), np.array([2000.0, 2000, 20]))]
-    for x in np.arange(-6, 7) * pitch:
-        boxes += [(np.array([x, y, 0.0]), np.array([60.0, 45, 30])) for y in np.arange(-6, 7) * pitch]
+    for x in np.arange(-5, 6) * pitch:
+        boxes += [(np.array([x, y, 0.0]), np.array([60.0, 45, 30])) for y in np.arange(-5, 6) * pitch]
     return box_scene(boxes)
 
 

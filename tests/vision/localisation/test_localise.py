@@ -96,7 +96,7 @@ def test_a_wide_prior_is_searched_for_the_object_and_not_for_a_view_of_nothing()
 def test_equal_blocks_are_ambiguous_and_the_true_cell_is_listed() -> None:
     pitch = 110.0
     scene, truth = shown("endless")
-    prior = Prior.isotropic(truth.copy(), 40.0, np.radians(1.0))
+    prior = Prior.isotropic(truth.copy(), 30.0, np.radians(1.0))
     prior.world_from_rig[:3, 3] += [0.4 * pitch, 0, 0]
     found = localise(scene, Observation(stereo_rig(), seen("endless"), pictures("endless")), prior)
     assert found.verdict.verdict == "ambiguous", found.verdict.reason
