@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,11 +19,24 @@ from tests.app.cli.test_findings import stop
 from tests.given import Capsys, CopyStore
 from vision.cameras.files import read_needs, read_prior
 from vision.cameras.standpoints import read_standpoints
+from vision.planning import predict_distinct_px
 
 
 def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
-    bulkhead_template: Path, pair: Pair, tmp_path: Path, copy_store: CopyStore, capsys: Capsys
+    bulkhead_template: Path,
+    pair: Pair,
+    tmp_path: Path,
+    copy_store: CopyStore,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capsys,
 ) -> None:
+    known: dict[Any, Any] = {}
+
+    def predict_once(stored: Any, rig: Any, items: Any, pose: Any) -> Any:
+        key = (*items.path, pose.tobytes())
+        return known[key] if key in known else known.setdefault(key, predict_distinct_px(stored, rig, items, pose))
+
+    monkeypatch.setattr("vision.planning.predict_distinct_px", predict_once)
     target = copy_store(str(bulkhead_template))
     call = ["plan", "--rig", str(pair.rig_file), "--store", target, "--format", "json"]
     assert main([*call, "--object", "bulkhead"]) == 0
