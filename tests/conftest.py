@@ -95,6 +95,14 @@ def folder_of_files_read(common_folder: Path) -> None:
     os.environ["RELMODEL_TESTS_READ"] = str(common_folder / "step")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def one_thread_of_duckdb() -> None:
+    """Tables of tests are small: a second thread would wait, and take a sixth of the processor besides."""
+    from relmodel.store.engine import DUCKDB_CONFIG
+
+    DUCKDB_CONFIG["threads"] = 1
+
+
 @pytest.fixture(scope="session")
 def make_once(common_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
     """Fills a folder by a function that takes long, in one worker of a run; each worker gets a copy of its own."""

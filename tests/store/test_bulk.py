@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
@@ -14,6 +13,7 @@ import sqlalchemy as sa
 
 from relmodel.store import Store
 from relmodel.store.bulk import fetch_columns
+from relmodel.store.engine import DUCKDB_CONFIG
 
 POINTS: dict[str, Any] = {
     "extraction_id": 1,
@@ -24,10 +24,10 @@ POINTS: dict[str, Any] = {
 
 
 @pytest.fixture
-def duckdb_store(duckdb_template: Path, tmp_path: Path) -> Iterator[Store]:
-    file = tmp_path / "store.duckdb"
-    shutil.copy(duckdb_template, file)
-    with Store.open(file) as store:
+def duckdb_store(duckdb_file: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
+    """In which DuckDB has as many threads as users give it."""
+    monkeypatch.delitem(DUCKDB_CONFIG, "threads")
+    with Store.open(duckdb_file) as store:
         yield store
 
 
