@@ -39,8 +39,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_collection_finish() -> None:
-    """What is imported by now stays: the collector of garbage need not go through it again and again."""
+    """What is imported by now stays: the collector of garbage need not go through it again and again.  A second thread
+    of DuckDB waits where tables are small, and takes a sixth more of the processor."""
+    from relmodel.store.engine import DUCKDB_CONFIG
+
     gc.freeze()
+    DUCKDB_CONFIG["threads"] = 1
 
 
 # Folders whose files share fixtures that take long (six bulkheads loaded): to one worker each.
@@ -93,14 +97,6 @@ def folder_of_files_read(common_folder: Path) -> None:
     """Where `tests/reading.py` keeps what STEP files give."""
     (common_folder / "step").mkdir(exist_ok=True)
     os.environ["RELMODEL_TESTS_READ"] = str(common_folder / "step")
-
-
-@pytest.fixture(scope="session", autouse=True)
-def one_thread_of_duckdb() -> None:
-    """Tables of tests are small: a second thread would wait, and take a sixth of the processor besides."""
-    from relmodel.store.engine import DUCKDB_CONFIG
-
-    DUCKDB_CONFIG["threads"] = 1
 
 
 @pytest.fixture(scope="session")

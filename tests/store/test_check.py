@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from sqlalchemy import Connection, Row
 
 from relmodel.store import Run, Store, sql
 from relmodel.store.check import check
 from tests.given import NewStore
 
 Model = dict[str, dict[str, Any]]
-Find = Callable[[Model, str], Sequence[Row[Any]]]
+Find = Callable[[Model, str], Any]
 
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], float)
 
@@ -112,21 +111,18 @@ def plate() -> Model:
 
 def fill(store: Store, model: Model) -> None:
     with Run.begin(store, "load", {}) as run, run.write() as connection:
-        append(store, connection, model)
-
-
-def append(store: Store, connection: Connection, model: Model) -> None:
-    for name, columns in model.items():
-        store.append(connection, name.partition("/")[0], columns)
+        for name, columns in model.items():
+            store.append(connection, name.partition("/")[0], columns)
 
 
 @pytest.fixture(scope="module")
 def found_in(new_store: NewStore) -> Iterator[Find]:
     """Rows that a check finds in a model, of which nothing stays in the store."""
 
-    def find(model: Model, name: str) -> Sequence[Row[Any]]:
+    def find(model: Model, name: str) -> Any:
         with store.engine.connect() as connection, connection.begin() as transaction:
-            append(store, connection, model)
+            for table, columns in model.items():
+                store.append(connection, table.partition("/")[0], columns)
             found = store.rows(connection, f"check/{name}")
             transaction.rollback()
         return found

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -36,8 +37,9 @@ class Held:
 
 @pytest.fixture(scope="session")
 def held(both_loaded: Path, pair: Pair, other_pair: Pair, make_once: MakeOnce) -> Held:
-    """Two variants of the bulkhead, and a flange under two names; a pair of B held against three of them, and a picture
-    of A against the flange."""
+    """Two variants of the bulkhead, and a flange under two names; a picture of B held against three of them, and one of
+    A against the flange.  The first by a calibration of OpenCV: the only camera of a rig needs no name, and one whose
+    file does not say the size of pictures has that of the one given."""
 
     def inspect(folder: Path) -> None:
         store = copied(both_loaded)(folder)
@@ -45,8 +47,15 @@ def held(both_loaded: Path, pair: Pair, other_pair: Pair, make_once: MakeOnce) -
         with Store.open(store) as opened:
             for name in ("flange", "twin"):
                 load(opened, folder / "flange.step", name=name)
+        file = cv2.FileStorage(str(folder / "one.yml"), cv2.FILE_STORAGE_WRITE)
+        file.write("camera_matrix", np.array(other_pair.rig["cameras"]["left"]["matrix"]))
+        file.write("distortion_coefficients", np.zeros((1, 5)))
+        file.write("avg_reprojection_error", 0.05)
+        file.write("nframes", 400)
+        file.release()
+        of_b = [str(other_pair.left), "--rig", str(folder / "one.yml"), "--against", "flange,bulkhead"]
         answers = {
-            "B": inspected(store, *other_pair.options(prior=None, right=None), "--against", "flange,bulkhead"),
+            "B": inspected(store, *of_b),
             "foreign": inspected(store, *pair.options(prior=None, right=None), "--against", "flange"),
         }
         (folder / "answers.json").write_text(json.dumps(answers))
@@ -77,6 +86,24 @@ def test_the_object_and_the_variant_are_named_with_where_they_are(held: Held) ->
     assert answer["outcome"]["shown"] == "the pictures show bulkhead (variant B)"
     check_pose(answer, "pair_04")
     assert answer["considered"][0]["object_from_rig"] == answer["world_from_rig"]
+
+
+def test_the_rows_of_one_picture_say_what_its_camera_is_and_what_should_be_seen(held: Held) -> None:
+    def ask(question: str) -> list[Any]:
+        return asked(held.store, question, run=held.answers["B"]["run"])
+
+    assert [it.holds for it in ask("SELECT holds FROM why_verdict WHERE rule = 'edges' AND run_id = :run")] == [True]
+    statistic = "SELECT value FROM verdict_statistic WHERE run_id = :run AND "
+    doubts = ask(f"{statistic}starts_with(name, 'absent')")
+    assert len(doubts) == 2  # of all edges, before it is known what has moved, and of those that hold the pose
+    assert all(doubt.value < 0 for doubt in doubts)
+    kept = "SELECT u.*, h.sigmas FROM camera_unknown AS u JOIN camera_history AS h USING (run_id, name)"
+    moved = ask(f"{kept} WHERE run_id = :run")
+    assert {u.name: u.sigmas for u in moved} == pytest.approx(
+        {u.name: (u.value - u.expected) / u.sigma_shown for u in moved}
+    )
+    (misfit,) = ask(f"{statistic}name = 'calibration'")[0]
+    assert misfit == pytest.approx(max(abs(u.sigmas) for u in moved if u.name != "response"))
 
 
 def test_what_tells_the_variants_apart_is_named(held: Held) -> None:

@@ -13,31 +13,27 @@ import relmodel
 from relmodel.app.cli.main import main
 from relmodel.app.cli.options import read_pairs
 from relmodel.store import Store
-from tests.app.cli.conftest import Pair
+from tests.app.cli.conftest import Pair, copied
 from tests.app.cli.slider import BASE, carriage, carriage_from_rig
 from tests.app.cli.test_findings import stop
-from tests.given import Capsys, CopyStore
+from tests.given import Capsys
 from vision.cameras.files import read_needs, read_prior
 from vision.cameras.standpoints import read_standpoints
 from vision.planning import predict_distinct_px
 
 
 def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
-    bulkhead_template: Path,
-    pair: Pair,
-    tmp_path: Path,
-    copy_store: CopyStore,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: Capsys,
+    bulkhead_template: Path, pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     known: dict[Any, Any] = {}
 
-    def predict_once(stored: Any, rig: Any, items: Any, pose: Any) -> Any:
-        key = (*items.path, pose.tobytes())
-        return known[key] if key in known else known.setdefault(key, predict_distinct_px(stored, rig, items, pose))
+    def predict_once(*of: Any) -> Any:
+        if (key := (*of[2].path, of[3].tobytes())) not in known:
+            known[key] = predict_distinct_px(*of)
+        return known[key]
 
     monkeypatch.setattr("vision.planning.predict_distinct_px", predict_once)
-    target = copy_store(str(bulkhead_template))
+    target = copied(bulkhead_template)(tmp_path)
     call = ["plan", "--rig", str(pair.rig_file), "--store", target, "--format", "json"]
     assert main([*call, "--object", "bulkhead"]) == 0
     whole = json.loads(capsys.readouterr().out)

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 import sqlalchemy as sa
@@ -151,38 +150,6 @@ def test_a_picture_whose_circles_lie_as_none_of_the_model_is_refused(
     assert main(["export", "--run", "last", "-o", str(tmp_path / "answer.json"), *where]) == 0
     exported = json.loads((tmp_path / "answer.json").read_text())
     assert (exported["prior"], exported["world_from_rig"]) == (None, None)
-
-
-@pytest.fixture(scope="session")
-def one_picture(
-    bulkhead_template: Path, pair: Pair, make_once: MakeOnce, tmp_path_factory: pytest.TempPathFactory
-) -> Inspection:
-    """The left picture alone, without a prior, by a calibration of OpenCV: the only camera of a rig needs no name, and
-    one whose file does not say the size of pictures has that of the one given."""
-    rig = tmp_path_factory.mktemp("opencv") / "one.yml"
-    file = cv2.FileStorage(str(rig), cv2.FILE_STORAGE_WRITE)
-    file.write("camera_matrix", np.array(pair.rig["cameras"]["left"]["matrix"]))
-    file.write("distortion_coefficients", np.zeros((1, 5)))
-    file.write("avg_reprojection_error", 0.05)
-    file.write("nframes", 400)
-    file.release()
-    given = [str(pair.left), "--rig", str(rig), "--world", "floor"]
-    return inspect_once(make_once, "one_picture", floor(bulkhead_template), *given)
-
-
-def test_one_picture_says_where_it_was_taken(one_picture: Inspection) -> None:
-    check_pose(one_picture.answer, 0.5)
-    assert rules_of(one_picture.store)["edges"]
-    doubts = asked(one_picture.store, "SELECT value FROM verdict_statistic WHERE starts_with(name, 'absent')")
-    assert len(doubts) == 2  # of all edges, before it is known what has moved, and of those that hold the pose
-    assert all(doubt.value < 0 for doubt in doubts)
-    kept = "SELECT u.*, h.sigmas FROM camera_unknown AS u JOIN camera_history AS h USING (name)"
-    moved = asked(one_picture.store, kept)
-    assert {u.name: u.sigmas for u in moved} == pytest.approx(
-        {u.name: (u.value - u.expected) / u.sigma_shown for u in moved}
-    )
-    (misfit,) = asked(one_picture.store, "SELECT value FROM verdict_statistic WHERE name = 'calibration'")[0]
-    assert misfit == pytest.approx(max(abs(u.sigmas) for u in moved if u.name != "response"))
 
 
 MIDDLE = np.array([82.5, 34.0, -40.0])  # of the box, mm
