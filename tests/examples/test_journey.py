@@ -17,7 +17,6 @@ pytest.importorskip("OCP")
 
 @pytest.mark.usefixtures("reads_here")
 def test_from_a_step_file_to_a_signed_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys) -> None:
-    """Its commands, in this process."""
     script = (Path(__file__).parents[2] / "examples/journey.sh").read_text()
     before, _, then = script.partition('\ncd "$1"\nexport RELMODEL_STORE=cell.duckdb\n')
     assert '\npython -m examples.journey "$1"  # ' in before

@@ -25,8 +25,7 @@ POINTS: dict[str, Any] = {
 
 @pytest.fixture
 def duckdb_store(duckdb_file: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
-    """In which DuckDB has as many threads as users give it."""
-    monkeypatch.delitem(DUCKDB_CONFIG, "threads")
+    monkeypatch.delitem(DUCKDB_CONFIG, "threads")  # as many as users have
     with Store.open(duckdb_file) as store:
         yield store
 

@@ -13,7 +13,6 @@ from relmodel.store.check import check
 from tests.given import NewStore
 
 Model = dict[str, dict[str, Any]]
-Find = Callable[[Model, str], Any]
 
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], float)
 
@@ -116,7 +115,7 @@ def fill(store: Store, model: Model) -> None:
 
 
 @pytest.fixture(scope="module")
-def found_in(new_store: NewStore) -> Iterator[Find]:
+def found_in(new_store: NewStore) -> Iterator[Any]:
     """Rows that a check finds in a model, of which nothing stays in the store."""
 
     def find(model: Model, name: str) -> Any:
@@ -251,7 +250,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_fault_is_found(name: str, found_in: Find) -> None:
+def test_fault_is_found(name: str, found_in: Any) -> None:
     model = plate()
     FAULTS[name](model)
     assert found_in(model, name)
@@ -311,7 +310,7 @@ def test_every_query_has_a_fault_here() -> None:
     ],
 )
 def test_distance_from_surface(
-    kind: str, columns: dict[str, float], point: tuple[float, ...], distance: float, found_in: Find
+    kind: str, columns: dict[str, float], point: tuple[float, ...], distance: float, found_in: Any
 ) -> None:
     model = plate()
     model["surface"] |= columns | {"kind": kind}

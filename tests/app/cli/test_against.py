@@ -48,14 +48,17 @@ def held(both_loaded: Path, pair: Pair, other_pair: Pair, make_once: MakeOnce) -
             for name in ("flange", "twin"):
                 load(opened, folder / "flange.step", name=name)
         file = cv2.FileStorage(str(folder / "one.yml"), cv2.FILE_STORAGE_WRITE)
-        file.write("camera_matrix", np.array(other_pair.rig["cameras"]["left"]["matrix"]))
-        file.write("distortion_coefficients", np.zeros((1, 5)))
-        file.write("avg_reprojection_error", 0.05)
-        file.write("nframes", 400)
+        stated: dict[str, Any] = {
+            "camera_matrix": np.array(other_pair.rig["cameras"]["left"]["matrix"]),
+            "nframes": 400,
+        }
+        stated |= {"distortion_coefficients": np.zeros((1, 5)), "avg_reprojection_error": 0.05}
+        for name, it in stated.items():
+            file.write(name, it)
         file.release()
-        of_b = [str(other_pair.left), "--rig", str(folder / "one.yml"), "--against", "flange,bulkhead"]
+        of_b = [str(other_pair.left), "--rig", str(folder / "one.yml")]
         answers = {
-            "B": inspected(store, *of_b),
+            "B": inspected(store, *of_b, "--against", "flange,bulkhead"),
             "foreign": inspected(store, *pair.options(prior=None, right=None), "--against", "flange"),
         }
         (folder / "answers.json").write_text(json.dumps(answers))

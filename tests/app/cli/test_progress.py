@@ -61,8 +61,8 @@ def calls(duckdb_template: Path, tmp_path: Path) -> dict[str, list[str]]:
 
 
 @pytest.mark.usefixtures("reads_here")
-def test_progress_stands_on_a_terminal_alone(
-    calls: dict[str, list[str]], duckdb_template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+def test_progress_stands_on_a_terminal_alone_and_a_reader_is_no_reason_to_refuse_a_verb(
+    calls: dict[str, list[str]], duckdb_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     told = {"load": "storing", "world": "placing its objects", "diff": "comparing parts", "export": "writing"}
     quiet: dict[str, str] = {}
@@ -71,16 +71,20 @@ def test_progress_stands_on_a_terminal_alone(
         quiet[verb], said = capsys.readouterr()
         assert "\r" not in said
         assert told[verb] not in said
-    shutil.copy(duckdb_template, tmp_path / "again.duckdb")
-    for verb, call in calls.items():  # in a store of its own, so that all is to be done again
-        call[call.index("--store") + 1] = str(tmp_path / "again.duckdb")
+    again = str(duckdb_file)
+    monkeypatch.setattr(engine, "READERS_S", 0.0)
+    for verb, call in calls.items():  # in a store of its own, so that all is to be done again, beside a reader
+        call[call.index("--store") + 1] = again
         terminal = Terminal()
         capsys.readouterr()
-        with monkeypatch.context() as patch:
+        with monkeypatch.context() as patch, held(again, read_only=True):
             patch.setattr(sys, "stderr", terminal)
             assert main(call) == 0
         assert told[verb] in terminal.getvalue(), verb
         assert capsys.readouterr().out == quiet[verb]
+    for words in ("init", "set box batch 7 --variant A", "prune runs --state killed --yes", "check"):
+        with held(again, read_only=True):
+            assert main([*words.split(), "--store", again]) == 0, words
 
 
 # What runs took last time, what is told now, and at which second which words stand there.
@@ -271,16 +275,3 @@ def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
     assert rows(store) == rows(free)
     assert main(["check", "--store", str(store)]) == 0
     assert {path.name for path in store.parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}
-
-
-@pytest.mark.usefixtures("reads_here")
-def test_a_reader_is_no_reason_to_refuse_a_verb(
-    calls: dict[str, list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(engine, "READERS_S", 0.0)
-    store = str(tmp_path / "cell.duckdb")
-    more = ("init", "set box batch 7 --variant A", "prune runs --state killed --yes")
-    for call in (*calls.values(), *([*words.split(), "--store", store] for words in more)):
-        with held(store, read_only=True):
-            assert main(call) == 0, call[0]
-    assert main(["check", "--store", store]) == 0

@@ -48,15 +48,11 @@ def found(bulkhead_template: Path, pair: Pair, make_once: MakeOnce) -> Inspectio
     return inspect_once(make_once, "without_prior", floor(bulkhead_template), *given)
 
 
-def check_pose(answer: dict[str, Any], mm: float) -> None:
-    assert answer["verdict"] == "accepted", answer["reason"]
-    error = off_truth(answer)
-    assert error.target_mm < mm
-    assert error.rotation_deg < 0.05
-
-
 def test_the_pose_is_found_wherever_the_pair_was_taken_and_rows_say_that_there_was_no_prior(found: Inspection) -> None:
-    check_pose(found.answer, 0.3)
+    assert found.answer["verdict"] == "accepted", found.answer["reason"]
+    error = off_truth(found.answer)
+    assert error.target_mm < 0.3
+    assert error.rotation_deg < 0.05
     assert "prior" not in found.answer["reason"]
     run = found.answer["run"]
 
