@@ -48,12 +48,9 @@ def held(both_loaded: Path, pair: Pair, other_pair: Pair, make_once: MakeOnce) -
             for name in ("flange", "twin"):
                 load(opened, folder / "flange.step", name=name)
         file = cv2.FileStorage(str(folder / "one.yml"), cv2.FILE_STORAGE_WRITE)
-        stated: dict[str, Any] = {
-            "camera_matrix": np.array(other_pair.rig["cameras"]["left"]["matrix"]),
-            "nframes": 400,
-        }
-        stated |= {"distortion_coefficients": np.zeros((1, 5)), "avg_reprojection_error": 0.05}
-        for name, it in stated.items():
+        matrix = np.array(other_pair.rig["cameras"]["left"]["matrix"])
+        stated: dict[str, Any] = {"camera_matrix": matrix, "distortion_coefficients": np.zeros((1, 5)), "nframes": 400}
+        for name, it in (stated | {"avg_reprojection_error": 0.05}).items():
             file.write(name, it)
         file.release()
         of_b = [str(other_pair.left), "--rig", str(folder / "one.yml")]
