@@ -354,7 +354,6 @@ def carry_out(
             return locator.stereo, recognise(locator, known.among)
         return locator.stereo, Recognition(locator.locate(known.target, known.prior), [], [])
 
-    seen = Locator(run, scenes, request.world_id, request.world, seen, inputs.needs, p).settle_bases()
     blind, is_located = {fault.camera: fault.words for fault in faults if fault.refuses}, False
     leaves_out = p.ignore_blind_camera or seen.rig.moved is not None  # of many pictures a bad one is no great loss
     while not is_located:

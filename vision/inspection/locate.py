@@ -23,7 +23,7 @@ from vision.localisation.localise import Localisation, localise
 from vision.localisation.magnification import doubt_scale
 from vision.localisation.measurements import EdgeIndex, correct_rig
 from vision.localisation.refine import RefinedPose
-from vision.localisation.verdict import doubt_edges, place_by_bases, weigh_against_prior
+from vision.localisation.verdict import doubt_edges, weigh_against_prior
 from vision.localisation.views import ModelView, Observation, ViewPoints, find_view_arcs
 from vision.matching import MatchedView, MatchingParameters, describe_view, match_view
 from vision.relations.relations import open_workspace
@@ -106,27 +106,6 @@ class Locator:
             found = match_stereo(rig.only(*pair), one, other, self.p.stereo)
         self.run.step("stereo")
         return found
-
-    def settle_bases(self) -> Observation:
-        """What the cameras saw, the standpoints of each carrier but the first's where its own pictures have its base:
-        where the world has it, edges may lie further off than least squares reaches."""
-        rig, standpoints = self.seen.rig, dict(self.seen.rig.standpoints)
-        if rig.moved is None:
-            return self.seen
-        for carrier in dict.fromkeys(standpoints[rig.standpoint_of(name)].carrier for name in rig.cameras):
-            own = {name: it for name, it in rig.standpoints.items() if it.carrier == carrier}
-            if rig.first in own:
-                continue
-            alone = rig.moved.at_standpoints(own).only(*(it for it in rig.cameras if rig.standpoint_of(it) in own))
-            seen, first = replace(self.seen.only(alone.cameras), rig=alone), own[alone.first]
-            prior = Prior(first.world_from_rig, first.sway @ first.sway.T + first.covariance)
-            target = select_parts(self.scenes, self.world_id, self.world, alone, prior, self.p.selection)
-            found = replace(self, seen=seen).locate(target, prior).found
-            likely = found.verdict.weighed.get("likely", 0.0) >= self.p.localisation.verdict.min_posterior
-            if found.best is not None and likely:
-                moved = place_by_bases(found.rig, found.best)[carrier][0] @ np.linalg.inv(first.world_from_rig)
-                standpoints |= {n: replace(it, world_from_rig=moved @ it.world_from_rig) for n, it in own.items()}
-        return replace(self.seen, rig=rig.moved.at_standpoints(standpoints).only(*rig.cameras))
 
     def locate(self, target: Target, prior: Prior | None) -> Location:
         """The rig from the poses of the join; where the pictures do not show the model at these, from a scan of the

@@ -344,27 +344,27 @@ class Fit:
 
     def begin(self, world_from_rig: Floats) -> tuple[Floats, Floats]:
         """Pose and unknowns (u,) to begin at: the cameras of each of several standpoints where these alone lead uphill,
-        as what they are stated wrongly by may exceed the reach of least squares."""
-        key, rig = world_from_rig.tobytes(), self.rig
-        if key not in self._begun:
-            pose, solved = world_from_rig, self.unknowns.expected.copy()
-            for name, columns in self.unknowns.standpoints.items():
-                own = [camera for camera in rig.cameras if rig.standpoint_of(camera) == name]
-                it, first = rig.standpoints[name], rig.standpoints[rig.first]
-                root = carry(inverse(first.world_from_rig) @ it.world_from_rig) @ it.root
-                fields = [self.fields[list(rig.cameras).index(camera)] for camera in own]
-                led = own and climb_from(
-                    self.scene,
-                    rig.only(*own),
-                    Fields(fields),
-                    world_from_rig,
-                    np.asarray(np.linalg.inv(root @ root.T)),
-                    (CLIMB_FIRST_PX, CLIMB_LAST_PX),
-                )
-                if led:
-                    solved[columns] = np.linalg.solve(root, perturbation(world_from_rig, led[0]))
-                    pose = led[0] if name == rig.first else pose
-            self._begun[key] = pose, solved
+        as what they, or the base of their carrier, are stated wrongly by may exceed the reach of least squares."""
+        key, rig, bases = world_from_rig.tobytes(), self.rig, self.unknowns.bases
+        if key in self._begun:
+            return self._begun[key]
+        pose, solved = world_from_rig, self.unknowns.expected.copy()
+        for name, columns in self.unknowns.standpoints.items():
+            it, fields = rig.standpoints[name], dict(zip(rig.cameras, self.fields, strict=True))
+            own = [camera for camera in rig.cameras if rig.standpoint_of(camera) == name]
+            carried = carry(inverse(rig.standpoints[rig.first].world_from_rig) @ it.world_from_rig)
+            off = np.hstack([it.root, it.sway if it.carrier in bases else np.zeros((6, 0))])
+            information = np.asarray(np.linalg.inv(carried @ off @ off.T @ carried.T))
+            seen, steps = [fields[camera] for camera in own], (CLIMB_FIRST_PX, CLIMB_LAST_PX)
+            led = (
+                climb_from(self.scene, rig.only(*own), Fields(seen), world_from_rig, information, steps)
+                if own
+                else None
+            )
+            if led is not None:
+                solved[columns] = np.linalg.solve(carried @ it.root, perturbation(world_from_rig, led[0]))
+                pose = led[0] if name == rig.first else pose
+        self._begun[key] = pose, solved
         return self._begun[key]
 
     def measure(self, pose: Floats, solved: Floats, excluded: Bools) -> RefinedPose:
