@@ -11,7 +11,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Bytes, Floats, Ints, Rows, sum_by_group
 from relmodel.geometry.congruence import greatest
-from vision.account.samples import Samples, SampleSupport, Sides
+from vision.account.samples import Samples
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.rows import Primitives
@@ -165,19 +165,6 @@ def find_normals(scene: Scene) -> Floats:
     way = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     total = sum_by_group(scene.triangle_surface, way, len(scene.surface_occurrence))
     return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-9))
-
-
-def find_open(items: Items, sides: Sides, support: SampleSupport, p: AppearanceParameters) -> Bools:
-    """Which items (n,) show the far end of a hole: edges of their surfaces, seen from within, before nothing of the
-    object.  Where these are found nothing stops the hole."""
-    px = np.zeros((2, len(items.inset)))
-    for side in (0, 1):
-        rows = np.flatnonzero((sides.surface[:, side] >= 0) & (sides.surface[:, 1 - side] < 0))
-        surface, weight = sides.surface[rows, side], support.weight[sides.sample[rows]]
-        px += [np.bincount(surface, weight * v, px.shape[1]) for v in (1.0, support.found[sides.sample[rows]])]
-    inset = items.inset[items.surface]
-    shown, found = (np.bincount(items.member[inset], v[items.surface[inset]], len(items)) for v in px)
-    return np.asarray((found > 0) & (found >= p.least_far * shown))
 
 
 _Columns = tuple[Ints, Floats, Floats, Floats, Floats, Floats, Floats]  # of Appearance; last the log odds through it

@@ -37,14 +37,12 @@ class MovedParameters:
     least_distinct_px: float = 40.0  # px of edges told from others, from which a displacement is sought and measured
     least_log_odds: float = 1.0  # log odds of moved against in place, for all the displacements tried
     rounds: int = 6  # rounds of weighing displacements again after some surfaces moved
-    sure_log_odds: float = 5.0
-    """log odds likewise, 150 to 1, from which it is said to have moved; below, it only explains edges of neighbours"""
+    sure_log_odds: float = 3.0
+    """log odds likewise, 20 to 1, from which it is said to have moved; below, it only explains edges of neighbours"""
     most_shaded: float = 0.9
     """share of its edges, found elsewhere, with all dark from its place on that may be: a foot has its shadow there"""
     most_mean_normal: float = 0.5  # length of the mean of the unit normals below which a surface bends around
     least_spread: float = 0.15  # mean square of the normals along the second direction that they span, there
-    most_in_place: float = 0.35
-    """share of a surface's edges that may be found in place where it has moved so far that they are told apart"""
     least_there: float = 0.5  # share of a surface's edges that must be found where it has moved to
     least_found: float = 0.6  # share of a surface's edges that must be found where it is measured
 
@@ -80,7 +78,6 @@ class AppearanceParameters:
     stopped_log_odds: float = 3.0
     """log odds against what lies behind, by all cameras, from which something else shows through a hole"""
     camera_log_odds: float = 0.5  # the same that each camera must have
-    least_far: float = 0.7  # share found of the edges at a hole's far end from which nothing stops it
 
 
 @dataclass(frozen=True)
@@ -137,6 +134,7 @@ class StateParameters:
     """the same of a diameter: of 680 that are as modelled one differed by 3.2 and `changed_mm`, the others by 2.5"""
     changed_mm: float = 0.8  # mm likewise: smaller differences are within the error of small bores and burrs
     doubtful_sigma: float = 3.0  # standard deviations from which such a difference is doubtful
+    least_known: float = 0.15  # share of a diameter from which two of its standard deviations leave it in doubt
     changed_wall_mm: float = 1.5  # mm likewise of a thickness: both of its sides err
 
 

@@ -30,7 +30,6 @@ from vision.presence.items import (
     Items,
     UnexplainedElements,
     find_normals,
-    find_open,
     find_unexplained,
     list_items,
     look_at_features,
@@ -228,7 +227,9 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     changed, resized, doubtful = np.zeros((3, len(items)), bool)
     mm = np.abs(measures.value - measures.nominal)
     off = mm > np.where(mm > p.changed_mm, p.doubtful_sigma, p.changed_sigma) * measures.sigma
-    doubtful[measures.item[off & np.isin(measures.what, ("diameter", "thickness"))]] = True
+    round_ = np.array(measures.what) == "diameter"
+    off |= round_ & (2 * measures.sigma > p.least_known * measures.nominal)
+    doubtful[measures.item[off & (round_ | (np.array(measures.what) == "thickness"))]] = True
     changed[measures.item[measures.changed]] = True
     resized[measures.item[measures.changed & ~np.isin(measures.what, ("offset", *DISPLACED))]] = True
 
@@ -379,8 +380,6 @@ def assess(
     appearance = look_at_features(
         items, samples, find_normals(stored.scene), [seen.greys[name] for name in rig.cameras], maps, p.appearance
     )
-    is_open = find_open(items, it.sides, support, p.appearance)[appearance.item]
-    appearance = replace(appearance, stopped=appearance.stopped & ~is_open)
     displacements = measure_displacements(stored, *where, samples, it.nearby, support, runs, p)
     uncovered = look_beneath(stored, *where, samples, it.sides, runs, maps, p)
     distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, count_from, sum_by_group
-from vision.account.runs import EdgeRuns, compute_log_odds, sum_in_one_light
+from vision.account.runs import EdgeRuns, compute_log_odds
 from vision.account.samples import Nearby, Samples
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DisplacementParameters, PresenceParameters
@@ -451,15 +451,11 @@ def assess_surfaces(
         for px in (runs.weight_px, runs.weight_px * runs.found)
     )
     sought, log_odds = seek_moved(edges, count, cameras, opposed, p)
-    # What is seen where it should be lies elsewhere only if that is seen better.
-    at = runs.surface[run, side] * cameras + runs.camera[run]
-    by_camera = sum_in_one_light(at, runs.in_light[run], count * cameras).reshape(count, cameras)
-    in_place = np.maximum(by_camera.sum(axis=1), 0.0)
     there = np.flatnonzero(weight >= p.moved.least_distinct_px)
     offsets, closed = measure_moved(edges, there, sought, p)
     # A shadow runs along straight edges, and not all around a bore.
     open_mm = np.where(np.isin(np.arange(count), there[closed]), 0.0, sought)
-    certain = log_odds - in_place >= p.moved.sure_log_odds
+    certain = log_odds >= p.moved.sure_log_odds
     certain &= find_shaded(edges, open_mm) < p.moved.most_shaded
     # Surfaces found in place, or found displaced, or bent around and found all around.
     agree_px = offsets.agree * p.account.runs.stretch_px
@@ -478,11 +474,6 @@ def assess_surfaces(
     shift_sigma[kept] = np.where(closed, across, np.nan)[sure]
     least = np.maximum(p.displacement.sure_sigma * sigma, p.displacement.least_mm)
     moved = (sought != 0) & certain & (np.abs(mm) > least)
-    # What is found in place has not moved so far that the two places are told apart.
-    carried = edges.beside.weight[edges.moving.sample]
-    rate = np.bincount(edges.moving.surface, carried * np.abs(edges.moving.rate), count)
-    px = np.abs(mm) * rate / np.maximum(np.bincount(edges.moving.surface, carried, count), 1e-9)
-    moved &= (supported <= p.moved.most_in_place * weight) | (px < p.account.support.tolerance_px)
     moved[there] &= agree_px >= p.moved.least_there * weight[there]
     return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 

@@ -296,12 +296,9 @@ def test_findings_come_first_with_what_each_camera_shows(
     monkeypatch.setattr("relmodel.app.report.run.MOST_CROPS", 1)
     assert main(["report", "-o", str(page), "--store", other_variant.store]) == 0
     shown = [a["aria-label"] for _, a in Page(page.read_text()).elements if a.get("class") == "crop"][::2]
-    for row, words in zip(findings, shown, strict=True):
-        most = (
-            "SELECT camera FROM presence_camera WHERE run_id = :run AND item_no = :item ORDER BY expected_log_odds DESC"
-        )
-        best = asked(other_variant.store, most, run=answer["run"], item=row.item_no)[0][0]
-        assert words == f"what camera {best} shows"
+    most = "SELECT camera FROM presence_camera WHERE run_id = :run AND item_no = :item ORDER BY expected_log_odds DESC"
+    best = [asked(other_variant.store, most, run=answer["run"], item=row.item_no)[0][0] for row in findings]
+    assert shown == [f"what camera {name} shows" for name in best]
 
 
 def test_decisions_are_kept_shown_and_sealed(target: str, tmp_path: Path, capsys: Capsys) -> None:

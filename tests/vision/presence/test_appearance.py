@@ -12,10 +12,10 @@ from scipy.stats import norm
 
 from relmodel.arrays import Floats, Ints
 from tests.vision.presence.test_elements_beside import samples_at
-from vision.account.samples import Samples, SampleSupport, Sides
+from vision.account.samples import Samples
 from vision.cameras.cameras import Camera
 from vision.localisation.visibility import RayGrid, SurfaceMap
-from vision.presence.items import Appearance, Items, find_open, look_at_features
+from vision.presence.items import Appearance, Items, look_at_features
 from vision.presence.presence_parameters import AppearanceParameters
 
 STEP, SIZE = 3, (400, 300)
@@ -324,19 +324,3 @@ def test_what_lies_behind_must_differ_for_all_cameras_together(plug: float, stop
     greys[2] = plug
     found = look(draw(greys, 1), draw(greys, 2), draw(greys, 3))
     assert found.stopped[found.item == 2].tolist() == [stopped] * 3
-
-
-@pytest.mark.parametrize(
-    ("behind", "found", "is_open"),
-    [(-1, 7, True), (-1, 6, False), (0, 10, False)],  # the near rim lies before the plate, found or not
-)
-def test_a_hole_whose_far_end_shows_is_open(behind: int, found: int, is_open: bool) -> None:
-    none, one, many = np.full(2, -1), np.ones(2), np.arange(10)  # samples between the hole's wall, 1, and what shows
-    items = Items(
-        ["feature"] * 2, np.zeros(2, np.int64), np.arange(2), none, ["plate", "hole"], ["web", "through_hole"], one,
-        np.full(2, np.nan), np.arange(2), np.arange(2), np.array([False, True]),
-    )  # fmt: skip
-    beside = np.where(many[:, None] % 2 == [0, 1], 1, behind)  # the wall on either side
-    sides = Sides(many, beside, np.zeros((10, 2, 3)), np.zeros((10, 2)))
-    support = SampleSupport(many < found, np.ones(10), np.zeros(10), np.zeros(10), many)
-    assert find_open(items, sides, support, AppearanceParameters()).tolist() == [False, is_open]
