@@ -350,17 +350,15 @@ class Fit:
             return self._begun[key]
         pose, solved = world_from_rig, self.unknowns.expected.copy()
         for name, columns in self.unknowns.standpoints.items():
-            it, fields = rig.standpoints[name], dict(zip(rig.cameras, self.fields, strict=True))
             own = [camera for camera in rig.cameras if rig.standpoint_of(camera) == name]
+            if not own:
+                continue
+            it, fields = rig.standpoints[name], dict(zip(rig.cameras, self.fields, strict=True))
             carried = carry(inverse(rig.standpoints[rig.first].world_from_rig) @ it.world_from_rig)
             off = np.hstack([it.root, it.sway if it.carrier in bases else np.zeros((6, 0))])
             information = np.asarray(np.linalg.inv(carried @ off @ off.T @ carried.T))
-            seen, steps = [fields[camera] for camera in own], (CLIMB_FIRST_PX, CLIMB_LAST_PX)
-            led = (
-                climb_from(self.scene, rig.only(*own), Fields(seen), world_from_rig, information, steps)
-                if own
-                else None
-            )
+            seen, steps = Fields(fields[camera] for camera in own), (CLIMB_FIRST_PX, CLIMB_LAST_PX)
+            led = climb_from(self.scene, rig.only(*own), seen, world_from_rig, information, steps)
             if led is not None:
                 solved[columns] = np.linalg.solve(carried @ it.root, perturbation(world_from_rig, led[0]))
                 pose = led[0] if name == rig.first else pose
