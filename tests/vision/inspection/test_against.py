@@ -38,7 +38,7 @@ def test_the_best_variant_of_the_objects_that_explain_most_is_located() -> None:
 def localised(edges: list[tuple[float, float]], cost: float | None, verdict: str = "accepted") -> Localisation:
     measured = SimpleNamespace(position=np.reshape(edges, (-1, 2)))
     best = None if cost is None else SimpleNamespace(
-        cost=cost, evidence=-cost, prior_sigma=np.nan, is_symmetric=False, told=np.nan, outlines=None,
+        cost=cost, evidence=-cost, prior_sigma=np.nan, is_symmetric=False, told=np.nan, strain=0.0, outlines=None,
         support=SimpleNamespace(evidence=-cost, found=np.array([-cost]), expected=np.array([50.0])),
     )  # fmt: skip
     views = {"left": SimpleNamespace(measurements=measured)}
