@@ -79,7 +79,8 @@ def test_a_standpoint_that_was_moved_is_named_and_the_others_are_one_inspection_
     for run, said in ((refused["run"], "contradicted"), (answer["run"], "left out")):
         assert main(["report", str(run), "-o", "run.html", "--store", store]) == 0
         shown = Page(Path("run.html").read_text())
-        assert f"stop 03 {said}" in " ".join(shown.text.split())
+        assert f"stop 03 {said}" in (text := " ".join(shown.text.split()))
+        assert "As camera bright/left shows it" not in text
         assert sum(a.get("href", "").startswith("#shot-") for _, a in shown.elements) == 3
     assert main(["check", "--store", store]) == 0
     capsys.readouterr()
