@@ -474,6 +474,7 @@ def assess_surfaces(
     shift_sigma[kept] = np.where(closed, across, np.nan)[sure]
     least = np.maximum(p.displacement.sure_sigma * sigma, p.displacement.least_mm)
     moved = (sought != 0) & certain & (np.abs(mm) > least)
+    moved &= supported <= p.moved.most_in_place * weight
     moved[there] &= agree_px >= p.moved.least_there * weight[there]
     return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 

@@ -292,7 +292,6 @@ def test_findings_come_first_with_what_each_camera_shows(
         u, v = (np.array(truth["cameras"][camera]["matrix"]) @ (seen[:3] / seen[2]))[:2] / 2
         assert abs(u - u0 - width / 2) < width / 4
         assert abs(v - v0 - height / 2) < height / 4
-    # Of many pictures those are shown that would tell most.
     monkeypatch.setattr("relmodel.app.report.run.MOST_CROPS", 1)
     assert main(["report", "-o", str(page), "--store", other_variant.store]) == 0
     shown = [a["aria-label"] for _, a in Page(page.read_text()).elements if a.get("class") == "crop"][::2]

@@ -167,8 +167,7 @@ def test_the_best_of_poses_that_are_one_is_kept() -> None:
 
 
 def test_poses_that_several_pictures_give_have_the_votes_of_all() -> None:
-    """Each gives the best of those that put the scene's middle in one place before the rig; the first's relations are
-    kept."""
+    """Each gives the best of its own that put the scene's middle there; the relations of the first are kept."""
     scene = box_scene([(np.array([300.0, 0, 0]), np.array([20.0, 20, 20]))])
     pose = perturb(np.eye(4), np.array([5.0, 6, 7, 0.3, 0.1, -0.2]))
     away = np.array([[0.0] * 6, [8.0, 0, 0, 0, 0, 0], [0, 0, 60, 0, 0, 0], [0, 0, 0, 0, 0.5, 0], [0, 90, 0, 0, 0, 0]])
