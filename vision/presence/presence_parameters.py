@@ -40,7 +40,7 @@ class MovedParameters:
     sure_log_odds: float = 3.0
     """log odds likewise, 20 to 1, from which it is said to have moved; below, it only explains edges of neighbours"""
     most_shaded: float = 0.9
-    """share of its edges, found elsewhere, with all dark from its place on that may be: a foot has its shadow there"""
+    """share of its displaced edges that may have nothing but dark between both places: a foot has its shadow there"""
     most_mean_normal: float = 0.5  # length of the mean of the unit normals below which a surface bends around
     least_spread: float = 0.15  # mean square of the normals along the second direction that they span, there
     most_in_place: float = 0.5  # share of a surface's edges that may be found in place, if at the tolerance's limit
@@ -132,7 +132,7 @@ class StateParameters:
     changed_sigma: float = 4.0
     """standard deviations by which a thickness must differ, or a bore lie aside, to count as changed"""
     changed_diameter_sigma: float = 3.5
-    """the same of a diameter: of 680 that are as modelled one differed by 3.2 and `changed_mm`, the others by 2.5"""
+    """the same of a diameter: of 680 that are as modelled one differed by 3.2 and `changed_mm`, no other by 2.5"""
     changed_mm: float = 0.8  # mm likewise: smaller differences are within the error of small bores and burrs
     doubtful_sigma: float = 3.0  # standard deviations from which such a difference is doubtful
     least_known: float = 0.15  # share of a diameter from which two of its standard deviations leave it in doubt
