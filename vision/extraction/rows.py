@@ -237,6 +237,9 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     ring, point_no = _members(regions.ring_offsets)
     borders, junctions = extraction.region_arcs, extraction.junctions
     with_ridges = concatenate([arcs, extraction.ridge_arcs])
+    # Where arcs that run nearly alike meet is next to unknown along them: rounded, that stays a covariance.
+    xx, xy, yy = (junctions.covariance[:, i, j] for i, j in ((0, 0), (0, 1), (1, 1)))
+    most = (1 - 1e-6) * np.sqrt(xx * yy)
     return {
         "extraction": {name: np.array([getattr(extraction, name)]) for name in ("grey_dark", "grey_bright")},
         "edge_element": {
@@ -257,9 +260,9 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "kind": np.array(junction_columns.KINDS, dtype=object)[junctions.kind],
             "x": junctions.x,
             "y": junctions.y,
-            "xx": junctions.covariance[:, 0, 0],
-            "xy": junctions.covariance[:, 0, 1],
-            "yy": junctions.covariance[:, 1, 1],
+            "xx": xx,
+            "xy": np.clip(xy, -most, most),
+            "yy": yy,
         },
         "image_junction_arc": {
             "junction_no": junctions.junction,
