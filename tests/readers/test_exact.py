@@ -66,10 +66,15 @@ ANGLES = ("as1-tu-203.stp",)
 
 
 def step_files() -> list[str]:
-    """Exact STEP files of the data folder, from there; of the bulkheads, which one generator made, the first."""
+    """Exact STEP files of the data folder, from there; of the bulkheads, which one generator made, the first.  The
+    largest, whose kinds other files have, takes as long as ten."""
     folder = Path(os.environ.get("RELMODEL_TEST_DATA", ""))
     found = [*folder.glob("step/*"), *folder.glob("bulkhead/A/*.step")]
-    return sorted(str(p.relative_to(folder)) for p in found if b"ADVANCED_FACE" in p.read_bytes())
+    return sorted(
+        str(p.relative_to(folder))
+        for p in found
+        if b"ADVANCED_FACE" in p.read_bytes() and p.name != "nist_ctc_02_asme1_ap242.stp"
+    )
 
 
 @pytest.mark.data

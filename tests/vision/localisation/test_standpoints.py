@@ -137,7 +137,7 @@ def test_a_standpoint_that_is_moved_is_named_with_the_amount(seed: int) -> None:
     assert left @ np.linalg.solve(found[worst].covariance, left) < 40
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_standpoints_are_found_that_lie_further_off_than_least_squares_looks(seed: int) -> None:
     fit, true, _ = stand(seed, sigma=4 * SIGMA)
     found = fit.refine(true.standpoints["s0"].world_from_rig)
