@@ -144,7 +144,6 @@ def in_process(boxes: Floats, seed: int) -> tuple[list[str], list[list[Any]]]:
     for hits in (hits for hits in HITS if hits < len(boxes)):
         volumes, repeat = about(boxes, hits, 20, seed + 1), 4 if hits < 10_000 else 2
         ask(f"one volume of {hits:,} hits", volumes, lambda e, box: e.one(box), engines, repeat)
-    ask("any box there", about(boxes, 10, 20, seed + 1), lambda e, box: e.any(box), engines, 4)
     ask("one frustum", views(boxes, 20, seed + 2), lambda e, view: e.view(view), engines, 4)
     for hits in (hits for hits in HITS if hits < len(boxes)):
         volumes, repeat = about(boxes, hits, 1000, seed + 3), 4 if hits < 10_000 else 2
@@ -300,7 +299,7 @@ def main() -> None:
     if not args.in_sql:
         for kind in KINDS:  # compile outside the clock
             warm = Kind(clustered(1000, 0), kind)
-            warm.any(np.zeros(6)), warm.one(np.zeros(6)), warm.view(views(clustered(1000, 0), 1, 0)[0])
+            warm.one(np.zeros(6)), warm.view(views(clustered(1000, 0), 1, 0)[0])
         for spread, count in product(args.spread, args.boxes):
             names, table = in_process(SPREADS[spread](count, args.seed), args.seed)
             show(f"{count:,} boxes, {spread}, in process", names, table)

@@ -1,6 +1,7 @@
-"""The documentation's site: every page is in a list, what is generated says all there is, drawings are well-formed.
+"""The documentation's site: what is generated says all there is, drawings are well-formed.
 
-`make docs`, a step of CI, builds it and takes a warning, as of a link that leads nowhere, for an error.
+`make docs`, a step of CI, builds it and takes a warning, as of a link that leads nowhere or a page in no list, for an
+error.
 """
 
 from __future__ import annotations
@@ -12,15 +13,6 @@ from docs import generate
 from relmodel.store import Store
 
 DOCS = Path(__file__).parents[1] / "docs"
-
-
-def test_every_page_is_in_a_list_of_the_index() -> None:
-    lists = re.findall(r"^```\{toctree\}\n(.*?)^```", (DOCS / "index.md").read_text(), re.MULTILINE | re.DOTALL)
-    listed = {line for block in lists for line in block.split("\n") if line and not line.startswith(":")}
-    pages = {file.stem for file in DOCS.glob("*.md")} - {"index"}
-    assert pages <= listed
-    generated = {f"reference/{name}" for name in ("commands", "dictionary", "questions")}
-    assert listed - pages == generated | {"decisions/*", "json/README"}
 
 
 def test_the_dictionary_has_every_relation(duckdb_template: Path) -> None:

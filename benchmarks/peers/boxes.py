@@ -51,9 +51,6 @@ class Peer:
     def one(self, box: Floats) -> Any:
         raise NotImplementedError
 
-    def any(self, box: Floats) -> bool:
-        return len(self.one(box)) > 0
-
     def view(self, view: Frustum) -> Any:
         return within(view, self.boxes, np.asarray(self.one(view.bounds)))
 
@@ -70,9 +67,6 @@ class Kind(Peer):
 
     def one(self, box: Floats) -> Any:
         return self.index.in_box(box)
-
-    def any(self, box: Floats) -> bool:
-        return self.index.any_in_box(box)
 
     def many(self, boxes: Floats) -> int:
         return len(self.index.in_boxes(boxes)[0])
@@ -97,10 +91,6 @@ class LeanSqlite(Peer):
         rows = self.database.execute(SQLITE, box[[3, 0, 4, 1, 5, 2]].tolist()).fetchall()
         found = np.array([row[0] for row in rows], np.int64)
         return found[_meet(self.boxes[found], box)]
-
-    def any(self, box: Floats) -> bool:
-        rows = self.database.execute(SQLITE, box[[3, 0, 4, 1, 5, 2]].tolist())
-        return any(bool(_meet(self.boxes[list(row)], box).any()) for row in rows)
 
     def many(self, boxes: Floats) -> int:
         self.database.execute("DROP TABLE IF EXISTS asked")

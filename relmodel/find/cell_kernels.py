@@ -24,8 +24,7 @@ def _first_column(column: Ints, first: int, end: int, x: int, y: int) -> int:
 
 
 @kernel(
-    "UniTuple(i8[::1], 2)(f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], i8[::1], i8[:, ::1], i8[::1], i8[::1], f8[:, ::1],"
-    " b1)"
+    "UniTuple(i8[::1], 2)(f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], i8[::1], i8[:, ::1], i8[::1], i8[::1], f8[:, ::1])"
 )
 def grid_entries_in_boxes(
     boxes: Floats,
@@ -37,9 +36,8 @@ def grid_entries_in_boxes(
     column_start: Ints,
     depth_cell: Ints,
     asked: Floats,
-    first_only: bool,
 ) -> tuple[Ints, Ints]:
-    """Pairs (number of the box asked, entry) where entries meet boxes (k, 6), at most one if `first_only`."""
+    """Pairs (number of the box asked, entry) where entries meet boxes (k, 6)."""
     out_asked, out_entry = np.empty(FIRST_ROOM, np.int64), np.empty(FIRST_ROOM, np.int64)
     count = 0
     cell = np.empty((3, 2))
@@ -71,15 +69,13 @@ def grid_entries_in_boxes(
                                 out_asked, out_entry = grown(out_asked), grown(out_entry)
                             out_asked[count], out_entry[count] = number, row
                             count += 1
-                            if first_only:
-                                return out_asked[:count], out_entry[:count]
                         row += 1
                     place += 1
                 x, y = x + 1, cell[1, 0]
     return out_asked[:count], out_entry[:count]
 
 
-@kernel("UniTuple(i8[::1], 2)(f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], i8[::1], i8[::1], f8[:, ::1], i8, b1)")
+@kernel("UniTuple(i8[::1], 2)(f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], i8[::1], i8[::1], f8[:, ::1], i8)")
 def octree_entries_in_boxes(
     boxes: Floats,
     cells: Floats,
@@ -89,9 +85,8 @@ def octree_entries_in_boxes(
     entry: Ints,
     asked: Floats,
     stack_room: int,
-    first_only: bool,
 ) -> tuple[Ints, Ints]:
-    """Pairs (number of the box asked, box) where boxes meet boxes (k, 6), each once, at most one if `first_only`.
+    """Pairs (number of the box asked, box) where boxes meet boxes (k, 6), each once.
 
     cells: (m, 6) boxes of the cells, root first, depth by depth; of cell i the children are `first_child[i]` to
     `first_child[i] + child_count[i]`, the boxes, where it is a leaf, `entry[first_entry[i]]` to
@@ -129,6 +124,4 @@ def octree_entries_in_boxes(
                         out_asked, out_box = grown(out_asked), grown(out_box)
                     out_asked[count], out_box[count] = number, entry[place]
                     count += 1
-                    if first_only:
-                        return out_asked[:count], out_box[:count]
     return out_asked[:count], out_box[:count]

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Floats, Ints
 from relmodel.errors import UsageError
 from relmodel.find.boxes import PAGE_SIZE, among, as_boxes, bounds_of_runs, page_order
 from relmodel.find.find import LEVELS, Level, world_named
@@ -33,8 +33,8 @@ class BoxIndex:
     _boxes: Floats  # in the order of the index
     _number: Ints  # of each of them, as they were given
 
-    def _pairs(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
-        """Pairs of (number of the box asked, row of `_boxes`) that meet, at most one if `first_only`."""
+    def _pairs(self, asked: Floats) -> tuple[Ints, Ints]:
+        """Pairs of (number of the box asked, row of `_boxes`) that meet."""
         raise NotImplementedError
 
     def __len__(self) -> int:
@@ -52,17 +52,13 @@ class BoxIndex:
 
     def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
-        question, row = self._pairs(as_boxes(asked), first_only=False)
+        question, row = self._pairs(as_boxes(asked))
         return question, self._number[row]
 
     def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
         """Pairs (number of the volume, of a box), by volume: boxes that meet the ball and are outside no half-space."""
-        question, row = among(self._boxes, volumes, self._pairs(volumes.bounds, first_only=False))
+        question, row = among(self._boxes, volumes, self._pairs(volumes.bounds))
         return question, self._number[row]
-
-    def any_in_box(self, box: npt.ArrayLike) -> bool:
-        """Whether any box meets a box (6,)."""
-        return len(self._pairs(as_boxes(box), first_only=True)[0]) > 0
 
 
 class PackedRTree(BoxIndex):
@@ -117,13 +113,6 @@ class PackedRTree(BoxIndex):
             self._nodes, self._leaves, volumes.bounds, volumes.half_spaces, volumes.start, volumes.balls
         )
 
-    def any_in_box(self, box: npt.ArrayLike) -> bool:
-        return bool(self.any_in_boxes(as_boxes(box))[0])
-
-    def any_in_boxes(self, boxes: Floats) -> Bools:
-        """Whether any box meets each of some boxes (k, 6): (k,)."""
-        return self._kernels.any_in_boxes(self._nodes, self._leaves, boxes)
-
 
 # Equal cells, the cell's size from a cost model, with coarser levels for boxes that are larger than a cell.
 
@@ -165,10 +154,10 @@ class Grid(BoxIndex):
         depths: Ints = np.ascontiguousarray(cell[:, 2])
         self._cells = origin, sizes, longest, level_column, *columns, depths
 
-    def _pairs(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
+    def _pairs(self, asked: Floats) -> tuple[Ints, Ints]:
         from relmodel.find.cell_kernels import grid_entries_in_boxes
 
-        return grid_entries_in_boxes(self._boxes, *self._cells, asked, first_only)
+        return grid_entries_in_boxes(self._boxes, *self._cells, asked)
 
 
 def _cell_size(boxes: Floats) -> float:
@@ -261,10 +250,10 @@ class Octree(BoxIndex):
         below_cells = np.concatenate(first_child).astype(np.int64), np.concatenate(child_count).astype(np.int64)
         self._cells: tuple[Floats, Ints, Ints, Ints, Ints] = (np.concatenate(cells), *below_cells, first_entry, entry)
 
-    def _pairs(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
+    def _pairs(self, asked: Floats) -> tuple[Ints, Ints]:
         from relmodel.find.cell_kernels import octree_entries_in_boxes
 
-        return octree_entries_in_boxes(self._boxes, *self._cells, asked, 8 * (DEPTH + 2), first_only)
+        return octree_entries_in_boxes(self._boxes, *self._cells, asked, 8 * (DEPTH + 2))
 
 
 # Nested segment and range trees: "does any box meet this volume?" in O(log^3 n) steps, whatever the boxes.
@@ -293,8 +282,8 @@ class RangeTree(BoxIndex):
         self._y: tuple[Any, ...] = trees_over(self._boxes[:, 1].copy(), self._boxes[:, 4].copy(), *self._x[-2:])
         self._greatest = greatest_so_far(self._boxes[:, 5].copy(), *self._y[-2:])
 
-    def _pairs(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
-        return self._ask(asked, first_only)[:2]
+    def _pairs(self, asked: Floats) -> tuple[Ints, Ints]:
+        return self._ask(asked, first_only=False)[:2]
 
     def existence(self, box: Floats) -> tuple[bool, int]:
         """Whether any box meets a box (6,), and the steps taken: nodes visited, probes of searches, boxes tested."""

@@ -119,33 +119,6 @@ def entries_in_boxes(nodes: Floats, leaves: int, order: Ints, asked: Floats) -> 
     return out_asked, out_number
 
 
-@kernel("b1[::1](f8[:, :, ::1], i8, f8[:, ::1])")
-def any_in_boxes(nodes: Floats, leaves: int, asked: Floats) -> Bools:
-    """Whether an entry meets each of some boxes (k, 6): (k,).  The descent ends at the first that does."""
-    stack = np.empty(STACK, np.int64)
-    hit = np.empty(FANOUT, np.bool_)
-    met = np.empty(len(asked), np.bool_)
-    for q in range(len(asked)):
-        met[q] = False
-        stack[0] = len(nodes) - 1
-        depth = 1
-        while depth:
-            depth -= 1
-            node = stack[depth]
-            mark(nodes, node, asked, q, hit)
-            if node >= leaves:
-                below = int(nodes[node, 6, 0])
-                for k in range(FANOUT):
-                    stack[depth] = below + k
-                    depth += hit[k]
-            else:
-                for k in range(FANOUT):
-                    met[q] |= hit[k]
-                if met[q]:
-                    break
-    return met
-
-
 @kernel("void(f8[:, ::1], i8[::1], i8[::1], i8, f8[:, :, ::1])")
 def fill_nodes(boxes: Floats, order: Ints, first: Ints, below: int, nodes: Floats) -> None:
     """Write boxes (n, 6) into nodes (m, 7, 16): into node i those of `order` from `first[i]` to `first[i + 1]`.

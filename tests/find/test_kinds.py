@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.errors import UsageError
-from relmodel.find.indexes import KINDS, PackedRTree, build
+from relmodel.find.indexes import KINDS, build
 from relmodel.find.volumes import Box, VolumeTable
 
 Floats = npt.NDArray[np.float64]
@@ -67,9 +67,6 @@ def test_equal_to_brute_force(kind: str, case: str, count: int) -> None:
     for numbers, found in (index.in_boxes(asked), index.in_volumes(volumes)):
         assert np.all(np.diff(numbers) >= 0)
         assert [sorted(found[numbers == i].tolist()) for i in range(len(asked))] == expected
-    assert [index.any_in_box(box) for box in asked] == [bool(e) for e in expected]
-    if isinstance(index, PackedRTree):
-        assert index.any_in_boxes(asked).tolist() == [bool(e) for e in expected]
     assert len(index) == count
     assert index.nbytes >= boxes.nbytes
 

@@ -69,7 +69,6 @@ class Tolerance:
 
 
 FAR = 1e6  # px: no limit
-AGREE = 4 / 3  # standard deviations within which agreement is most telling
 TOLERANCES = {
     "near": Tolerance(3.0, 0.15, 0.3, 80.0, 3.5),
     "parallel": Tolerance(3.0, 0.225, 0.1125, 60.0, 4.0),
