@@ -1,7 +1,6 @@
 """The journey of the examples: what it ends with is true of the part that was made."""
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
@@ -9,6 +8,7 @@ import pytest
 from examples import journey
 from relmodel.app.cli.main import main
 from relmodel.store import Store
+from tests.app.cli.test_docs import commands
 from tests.given import Capsys
 from tests.pages import Page
 
@@ -20,8 +20,7 @@ def test_from_a_step_file_to_a_signed_report(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys, reads_here: None
 ) -> None:
     """Command by command of the script, in this process: eleven processes take four times as long to begin."""
-    for line in SCRIPT.read_text().splitlines():
-        command, *words = shlex.split(line.replace('"$1"', str(tmp_path / "mine")), comments=True) or [""]
+    for command, *words in commands(SCRIPT.read_text().replace("$1", str(tmp_path / "mine"))):
         written = Path(words[-1]) if ">" in words else None
         if command == "cd":
             monkeypatch.chdir(words[0])
@@ -37,7 +36,7 @@ def test_from_a_step_file_to_a_signed_report(
             if written:
                 written.write_text(said.out)
         else:
-            assert line in ("", "set -e") or line.startswith("#")
+            assert (command, words) == ("set", ["-e"])
     assert said.err.endswith("part.html is what the store gives: its rows and its page are unaltered\n"), said.err
     with Store.open("cell.duckdb", read_only=True) as store, store.read() as connection:
         decided = {r.decision: r for r in store.rows(connection, "result/characteristic", run_id=4)}

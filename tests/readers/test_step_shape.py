@@ -26,9 +26,8 @@ from OCP.TopoDS import TopoDS
 
 from relmodel.model.model import Shape
 from relmodel.readers.step import geometry
-from relmodel.readers.step.document import _rigid, _scaled
+from relmodel.readers.step.document import _scaled
 from relmodel.readers.step.faces import face_map
-from relmodel.readers.step.geometry import matrix
 from relmodel.readers.step.shape import extract
 
 
@@ -52,18 +51,6 @@ def test_a_mirrored_or_scaled_shape_stays_the_right_way_out(factor: float) -> No
     high = [float(np.max(shape.surfaces[name])) for name in ("x1", "y1", "z1")]
     ends = np.sort(np.array([[0, 0, 0], [4, 3, 2]]) * factor, axis=0)
     assert np.allclose([low, high], ends, atol=1e-6)
-
-
-def test_a_placement_with_a_mirror_is_split_into_rigid_and_scale() -> None:
-    trsf, turn, shift = gp_Trsf(), gp_Trsf(), gp_Trsf()
-    trsf.SetMirror(gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 1, 0)))
-    turn.SetRotation(gp_Ax1(gp_Pnt(3, 0, 1), gp_Dir(0, 1, 2)), 0.7)
-    shift.SetTranslation(gp_Vec(5, -4, 3))
-    whole = shift.Multiplied(turn).Multiplied(trsf)
-    rigid, factor = _rigid(whole)
-    assert factor == -1.0
-    assert np.linalg.det(rigid[:3, :3]) == pytest.approx(1.0)
-    assert rigid @ np.diag([factor, factor, factor, 1.0]) == pytest.approx(matrix(whole))
 
 
 def test_a_cusp_is_convex_where_there_is_material_in_it_and_concave_where_there_is_none() -> None:

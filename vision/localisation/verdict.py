@@ -382,9 +382,10 @@ _OTHERWISE = {
 }
 
 
-# In the order of UNKNOWNS, by how much fillets, chamfers and shadows of a part look like another calibration.  Nothing
-# is allowed for the principal point: where it lies is all that tells a cut picture of a small object.
-OF_PARTS = np.array([0.0, 0.0, 0.0, 0.0015, *[0.15] * 3, *[4e-4] * 3, 0.01])
+# In the order of UNKNOWNS, by how much fillets, chamfers and shadows of a part look like another calibration; and the
+# same of a picture that no other contradicts, whose principal point edges lit from one side shift by pixels.
+OF_PARTS = np.array([0.0, 0.3, 0.3, 0.0015, *[0.15] * 3, *[4e-4] * 3, 0.01])
+OF_PARTS_ALONE = np.array([0.0, 3.0, 3.0, *OF_PARTS[3:]])
 
 
 def compute_shown(rig: Rig, left: Floats) -> Floats:
@@ -393,7 +394,8 @@ def compute_shown(rig: Rig, left: Floats) -> Floats:
     `LEAST_SHOWN` of the stated."""
     sigma = describe_unknowns(rig).sigma
     share = np.clip(1 - (left / np.maximum(sigma, 1e-12)) ** 2, 0.0, 1.0)
-    shown = np.sqrt(share**2 * (sigma**2 + OF_PARTS**2) + BEYOND**2 * share * (1 - share) * sigma**2)
+    of_parts = OF_PARTS if len(rig.cameras) > 1 else OF_PARTS_ALONE
+    shown = np.sqrt(share**2 * (sigma**2 + of_parts**2) + BEYOND**2 * share * (1 - share) * sigma**2)
     return np.asarray(np.maximum(shown, LEAST_SHOWN * sigma))
 
 

@@ -225,8 +225,7 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     edge, distinct = evidence.edge_px.sum(axis=1), evidence.distinct_px.sum(axis=1)
     share = evidence.supported_px.sum(axis=1) / np.maximum(distinct, 1e-9)
     changed, resized, doubtful = np.zeros((3, len(items)), bool)
-    mm = np.abs(measures.value - measures.nominal)
-    off = mm > np.where(mm > p.changed_mm, p.doubtful_sigma, p.changed_sigma) * measures.sigma
+    off = np.abs(measures.value - measures.nominal) > p.doubtful_sigma * measures.sigma
     round_ = np.array(measures.what) == "diameter"
     off |= round_ & (2 * measures.sigma > p.least_known * measures.nominal)
     doubtful[measures.item[off & (round_ | (np.array(measures.what) == "thickness"))]] = True

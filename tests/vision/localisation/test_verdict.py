@@ -217,8 +217,8 @@ STATED = CalibrationSigma(focal=0.001, centre_px=0.5, translation_mm=0.2, rotati
 @pytest.mark.parametrize(
     ("unknown", "by", "shown", "words"),  # shown: as stated, beside what parts do
     [
-        (1, 3.0, 0.5, "the principal point that right shows lies 3.0 px right of the file's, "),
-        (2, -2.5, 0.5, "the principal point that right shows lies 2.5 px above the file's, "),
+        (1, 3.0, np.hypot(0.5, 0.3), "the principal point that right shows lies 3.0 px right of the file's, "),
+        (2, -2.5, np.hypot(0.5, 0.3), "the principal point that right shows lies 2.5 px above the file's, "),
         (3, 0.048, np.hypot(0.001, 0.0015), "the focal length that right shows is 4.8 % greater than the file's, "),
         (3, -0.005, np.hypot(0.001, 0.0015), "the focal length that right shows is 0.5 % less than the file's, "),
         (
@@ -255,6 +255,11 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
     assert seldom is not None
     assert seldom.sigmas == pytest.approx(0.002 / np.hypot(0.36 * np.hypot(0.001, 0.0015), 1.4 * 0.6 * 0.8 * 0.001))
     assert seldom.words.startswith("the focal length that right shows is 0.56 % greater")  # .002 is .36 of it
+    # A picture that no other contradicts looks more as if its centre lay elsewhere.
+    alone = Rig({"right": rig.cameras["right"]}, {"right": np.eye(4)}, {"right": STATED})
+    single = find_misfit(alone, 4.0 * np.atleast_2d(np.arange(11) == 1), OPEN[:1])
+    assert single is not None
+    assert single.sigmas == pytest.approx(4 / np.hypot(0.5, 3.0))
 
 
 @pytest.mark.parametrize(
