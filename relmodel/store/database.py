@@ -58,7 +58,6 @@ _FAILURES = {"OperationalError", "InterfaceError", "InternalException", "FatalEx
 # Serialisation failure, deadlock, shutdown by whom or by what, starting up; and connections lost, which have no code.
 _TRANSIENT = {"40001", "40P01", "57P01", "57P02", "57P03", None}
 T = TypeVar("T")
-_COLUMNS: dict[tuple[str, str], dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {}  # of schemas, by dialect
 
 
 @cache  # for all stores of a process: making all hundred takes longer than opening one
@@ -89,7 +88,6 @@ class Database:
         self.name = name
         self._read_only = read_only
         self.is_closed = False
-        self.schema = ""  # hash of the schema that the tables are known to be of
         self.dead_runs: list[int] = []
         self.watch: Callable[[str, str], None] | None = None
 
@@ -148,17 +146,10 @@ class Database:
 
     @cached_property
     def _columns(self) -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
-        """Names and types of the columns of each table, in one query: SQLAlchemy reflects them in ten times as long.
-        Once a process, of stores of one schema."""
-        key = (self.dialect, self.schema)
-        if key in _COLUMNS:
-            return _COLUMNS[key]
+        """Names and types of the columns of each table, in one query: SQLAlchemy reflects them in ten times as long."""
         with self.read() as connection:
             rows = self.rows(connection, f"store/columns.{self.dialect}")
-        found = {row.relation: (tuple(row.names), tuple(row.types)) for row in rows}
-        if self.schema:
-            _COLUMNS[key] = found
-        return found
+        return {row.relation: (tuple(row.names), tuple(row.types)) for row in rows}
 
     def table(self, name: str) -> Table:
         """Table of the store, with the columns that are there: they are spelled in `schema/` only."""
