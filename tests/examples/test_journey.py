@@ -19,7 +19,7 @@ SCRIPT = Path(journey.__file__).with_suffix(".sh")
 def test_from_a_step_file_to_a_signed_report(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys, reads_here: None
 ) -> None:
-    """Command by command of the script, in this process: eleven processes take four times as long to begin."""
+    """Command by command of the script, in this process: ten others would take long to begin."""
     for command, *words in commands(SCRIPT.read_text().replace("$1", str(tmp_path / "mine"))):
         written = Path(words[-1]) if ">" in words else None
         if command == "cd":

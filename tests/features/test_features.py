@@ -234,7 +234,7 @@ def test_features_of_parts_of_known_operations(make: Callable[[int], Part], seed
         assert np.abs(box - two.box).max() < 1e-3
 
 
-@pytest.mark.parametrize("variant", sorted("AD"))  # of the five those that differ most
+@pytest.mark.parametrize("variant", sorted("AD"))  # D has the most features
 def test_a_variant_of_the_bulkhead_has_the_features_of_its_golden_list(variant: str) -> None:
     scores = score_bulkhead(variant)
     assert scores.total_recall >= 0.95, scores.missed

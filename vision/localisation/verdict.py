@@ -390,8 +390,8 @@ OF_PARTS_ALONE = np.array([0.0, 3.0, 3.0, *OF_PARTS[3:]])
 
 def compute_shown(rig: Rig, left: Floats) -> Floats:
     """Standard deviations (c, 11) of what pictures show of the cameras' unknowns, of which they leave open (c, 11): of
-    what they show as if it errs `BEYOND` times as much as its scatter says, and by `OF_PARTS` besides; at least
-    `LEAST_SHOWN` of the stated."""
+    what they show as if it errs `BEYOND` times as much as its scatter says, and by `OF_PARTS` (of a picture alone
+    `OF_PARTS_ALONE`) besides; at least `LEAST_SHOWN` of the stated."""
     sigma = describe_unknowns(rig).sigma
     share = np.clip(1 - (left / np.maximum(sigma, 1e-12)) ** 2, 0.0, 1.0)
     of_parts = OF_PARTS if len(rig.cameras) > 1 else OF_PARTS_ALONE

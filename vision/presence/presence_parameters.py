@@ -134,7 +134,7 @@ class StateParameters:
     changed_diameter_sigma: float = 3.5
     """the same of a diameter: of 680 that are as modelled one differed by 3.2 and `changed_mm`, no other by 2.5"""
     changed_mm: float = 0.8  # mm likewise: smaller differences are within the error of small bores and burrs
-    doubtful_sigma: float = 3.0  # standard deviations from which such a difference is doubtful
+    doubtful_sigma: float = 3.0  # standard deviations from which a diameter or a thickness is doubtful
     least_known: float = 0.15  # share of a diameter from which two of its standard deviations leave it in doubt
     changed_wall_mm: float = 1.5  # mm likewise of a thickness: both of its sides err
 
