@@ -73,7 +73,8 @@ def test_installed_wheel_runs_the_demonstration(installed: Path, tmp_path: Path)
     assert (tmp_path / "demo" / "pair_00_overlay.png").stat().st_size > 10_000
     # By the queries and the migrations that it brings, in one process.
     verbs = "from relmodel.app.cli.main import main; print(*(main([verb]) for verb in ('check', 'migrate')))"
-    where = "import relmodel; from relmodel.compiled import cache_key; print(relmodel.__file__, cache_key())"
+    where = "import relmodel, vision; from relmodel.compiled import cache_key as key"
+    where += "; print(relmodel.__file__, vision.__file__, key())"
     code = f"import os; os.environ['RELMODEL_STORE'] = 'demo/cell.duckdb'; {where}; {verbs}"
     said = run(installed.with_name("python"), "-c", code, folder=tmp_path)
     assert said.endswith("0 0\n")
