@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import log
 
 import numpy as np
 
@@ -51,6 +52,7 @@ MAX_SHIFT_SIGMA, MAX_JOINT_SHIFT_SIGMA = 2.0, 3.0
 MAX_LEFT_OUT = 0.8
 MAX_PRIOR_SHARE = 0.8  # of the prior's variance, where most is left, from which a pose counts as undetermined
 TEMPER = 0.2  # by which differences of evidence are multiplied, for neighbouring edges err together
+DISPLACED_COST = log(100)  # of a part that is not where the model says: one in a hundred is not
 SUSPECT_SIGMA = 0.5  # to first order from which a part is left out on trial: robust weights hide most of a shift
 USUAL_ARCS = 4.0  # arcs as which the usual ARC_SHIFT_PX counts
 # Share of what is known of the best pose in some direction that an arc holds, from which it is left out on trial, and
@@ -169,7 +171,8 @@ class RefinedPose:
     solved (u,): what was solved of the cameras, of which their unknowns follow; left (6 + u, 6 + u): covariance of pose
     and that, were all errors of the measurements independent; strain: half of the sum of squares by which standpoints
     are off, in sigmas.
-    cost: half of the prior's distance squared and the strain, less the evidence of edges and outlines.
+    cost: half of the prior's distance squared, the strain and what excluded parts cost, less the evidence of edges and
+    outlines.
     """
 
     world_from_rig: Floats
@@ -214,7 +217,8 @@ class RefinedPose:
     @property
     def cost(self) -> float:
         far = 0.0 if np.isnan(self.prior_sigma) else 0.5 * self.prior_sigma**2
-        return far + self.strain - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
+        far += self.strain + DISPLACED_COST * float(self.excluded.sum())
+        return far - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
 
 
 def _distance(a: RefinedPose, b: RefinedPose) -> float:
@@ -260,7 +264,7 @@ class Fit:
         """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
 
         Placed parts that stand elsewhere in the world pull the pose however robust the loss.  So a part that
-        contradicts the others is left out of the least squares, where the whole then gathers no less evidence with that
+        contradicts the others is left out of the least squares, where the whole then gathers enough evidence with that
         part looked for near its place.  Where two that determine the pose about equally contradict each other, either
         may be off.  All such explanations are `others` of the pose, and its covariance joins them in proportion to
         their evidence.  The start stays where it has clearly more evidence.

@@ -31,8 +31,9 @@ from vision.scene import Scene
 # A right pose has arcs that show from end to end and others that do not show at all; a wrong one finds a little of
 # everything. How many arcs show in this light is not known, so pi is averaged over, camera by camera.
 #
-# A placed part that is not where the model says is looked for near its place: its image may be shifted, camera by
-# camera, which costs the log of how many places that tries.
+# A placed part that is not where the model says is looked for near its place: its image may be shifted, turned and
+# scaled, camera by camera, which costs the log of how many such images the picture could tell apart (MacKay, 1992): a
+# large part, of which it tells many, must gain the more.
 
 
 # Reach along the normal and scale of the robust loss (Geman and McClure), px, of each round of a refinement.
@@ -41,7 +42,6 @@ STRAY_SHARE = 0.3  # of the edges found beside an arc that shows that are not it
 SHOWN_SHARES = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95)  # of the arcs that show, as likely one as another beforehand
 DISPLACED_PX = 12.0  # by which the image of a part may be shifted that is not where the model says
 DISPLACED_TURN = 0.02  # rad, and share: standard deviation by which such an image is turned and scaled
-DISPLACED_COST = 5.0  # evidence that such a shift costs in each camera: the log of how many places are distinguished
 
 
 @dataclass(frozen=True)
@@ -92,9 +92,9 @@ def measure_support(
             rows = np.flatnonzero((moved == occurrence) & (prediction.view == number))
             if len(rows):
                 there = prediction.take(rows)
-                here = sum_over_arcs(there, w[rows] * (found + odds)[rows], len(fields))
+                here = float(sum_over_arcs(there, w[rows] * (found + odds)[rows], len(fields)).sum())
                 displaced = _score_displaced(there, pixel[rows], direction[rows], fields, index)
-                by_camera[number] += max(float((displaced - here).sum()) - DISPLACED_COST, 0.0)
+                by_camera[number] += max(displaced - here, 0.0)
     return Support(by_camera, total(w * found), total(w * mean), total(w) * CORRELATION_PX)
 
 
@@ -109,9 +109,9 @@ def _share_cost_of_shifts(prediction: Prediction, shift: Floats) -> Floats:
 
 def _score_displaced(
     prediction: Prediction, pixel: Floats, direction: Floats, fields: list[Evidence], index: EdgeIndex
-) -> Floats:
-    """The log odds (c,) of samples of one camera whose image may be shifted by up to `DISPLACED_PX`, and
-    then turned and scaled a little."""
+) -> float:
+    """The log odds of samples of one camera whose image may be shifted by up to `DISPLACED_PX`, and then turned and
+    scaled a little, less what it costs to have sought it."""
     steps = np.arange(-DISPLACED_PX, DISPLACED_PX + 1e-9, 2.0)
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     gathered = [prediction.weight @ look_up_evidence(prediction, fields, pixel + s, direction) for s in shifts]
@@ -130,7 +130,9 @@ def _score_displaced(
     offset, found = index.measure(np.ascontiguousarray(pixel), direction, reach, scale)
     places = look_up_evidence(prediction, fields, pixel, direction)
     places += score_offsets(offset, np.zeros(len(offset)), found)
-    return sum_over_arcs(prediction, prediction.weight * places, len(fields))
+    told_apart = np.eye(4) + usual[:, None] * (across * near[:, None]).T @ across / OFFSET_PX**2 * usual
+    odds = sum_over_arcs(prediction, prediction.weight * places, len(fields)).sum()
+    return float(odds - 0.5 * np.linalg.slogdet(told_apart)[1])
 
 
 def score_offsets(offset: Floats, sigma: Floats, found: Ints) -> Floats:

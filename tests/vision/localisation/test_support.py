@@ -14,6 +14,7 @@ from tests.vision.localisation.scenes import above, blocks, box_scene, stereo_ri
 from tests.vision.localisation.simulation import Errors, draw_edges
 from vision.cameras.cameras import Camera, Rig, perturb
 from vision.localisation.hypotheses import (
+    EdgePoints,
     build_fine_evidence,
     look_up_evidence,
     predict,
@@ -90,26 +91,29 @@ def test_support_is_gathered_over_arcs_and_cameras(tolerance_mm: float) -> None:
 @pytest.mark.parametrize("shift", [(6.0, -4.0), (-8.0, 2.0)])
 def test_a_part_that_lies_beside_its_place_is_looked_for_there(shift: tuple[float, float]) -> None:
     scene, rig, truth = blocks(), stereo_rig().only("left"), above(10, -20, 560)
-    edges = draw_edges(scene, rig, truth, Errors(), np.random.default_rng(4))
-    p = predict(scene, rig, truth, 600)
-    block = 5
-    assert (scene.occurrence_of_arc[p.arc] == block).sum() > 10
-    own = edges["left"]
+    edges = draw_edges(scene, rig, truth, Errors(), np.random.default_rng(4))["left"]
+    p, unknowns = predict(scene, rig, truth, 600), describe_unknowns(rig)
     mine = predict(scene, rig, truth, 3000)
-    of_block = project_with_jacobians(mine)[0][scene.occurrence_of_arc[mine.arc] == block]
-    gap = np.linalg.norm(own.position[:, None] - of_block[None], axis=2).min(axis=1)
-    own.position[gap < 1.0] += shift
-    indexes, fields = [EdgeIndex(own)], build_fine_evidence(rig, edges)
-    unknowns = describe_unknowns(rig)
-    m = measure(p, indexes, np.zeros(6), unknowns, unknowns.mean, (3.0, 0.7), np.ones(len(p.arc), bool))
-    there = np.where(scene.occurrence_of_arc[p.arc] == block, block, -1)
-    fixed, moved = (
-        measure_support(p, m, unknowns.mean, list(fields), indexes, of) for of in (np.full_like(there, -1), there)
-    )
-    assert moved.evidence > fixed.evidence + 5.0
+    of_block = project_with_jacobians(mine)[0][scene.occurrence_of_arc[mine.arc] == 5]
+    gap = np.linalg.norm(edges.position[:, None] - of_block[None], axis=2).min(axis=1)
+    beside = replace(edges, position=edges.position + np.where(gap < 1.0, 1.0, 0.0)[:, None] * shift)
+
+    def gather(own: EdgePoints, sought: int) -> float:
+        index, fields = [EdgeIndex(own)], build_fine_evidence(rig, {"left": own})
+        m = measure(p, index, np.zeros(6), unknowns, unknowns.mean, (3.0, 0.7), np.ones(len(p.arc), bool))
+        of = np.where(scene.occurrence_of_arc[p.arc] == sought, sought, -1)
+        return measure_support(p, m, unknowns.mean, list(fields), index, of).evidence
+
+    found = gather(beside, 5)
+    assert found > gather(beside, -1) + 5.0
+    # To have sought it costs the log of how many images of it can be told apart; its edges run every way.
+    own = scene.occurrence_of_arc[p.arc] == 5
+    places, at = p.weight[own], project_with_jacobians(p)[0][own]
+    arm = np.linalg.norm(at - np.average(at, axis=0, weights=places), axis=1)
+    told_apart = np.array([12.0**2 * places.sum(), 0.02**2 * (places @ arm**2)]) / 2 / 0.4**2
+    assert gather(edges, -1) - found == pytest.approx(np.log1p(told_apart).sum(), abs=4.0)
     # Where nothing lies beside its place, looking there gains nothing.
-    others = np.where(scene.occurrence_of_arc[p.arc] == 2, 2, -1)
-    assert measure_support(p, m, unknowns.mean, list(fields), indexes, others).evidence == fixed.evidence
+    assert gather(beside, 2) == gather(beside, -1)
 
 
 def test_outlines_of_all_cameras_are_weighed_by_length() -> None:
