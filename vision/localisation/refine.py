@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import log
 
 import numpy as np
 
@@ -52,7 +51,7 @@ MAX_SHIFT_SIGMA, MAX_JOINT_SHIFT_SIGMA = 2.0, 3.0
 MAX_LEFT_OUT = 0.8
 MAX_PRIOR_SHARE = 0.8  # of the prior's variance, where most is left, from which a pose counts as undetermined
 TEMPER = 0.2  # by which differences of evidence are multiplied, for neighbouring edges err together
-DISPLACED_COST = log(100)  # of a part that is not where the model says: one in a hundred is not
+DISPLACED_COST = 4.6  # of a part that is not where the model says: the log of 100, for one in a hundred is not
 SUSPECT_SIGMA = 0.5  # to first order from which a part is left out on trial: robust weights hide most of a shift
 USUAL_ARCS = 4.0  # arcs as which the usual ARC_SHIFT_PX counts
 # Share of what is known of the best pose in some direction that an arc holds, from which it is left out on trial, and
@@ -171,8 +170,7 @@ class RefinedPose:
     solved (u,): what was solved of the cameras, of which their unknowns follow; left (6 + u, 6 + u): covariance of pose
     and that, were all errors of the measurements independent; strain: half of the sum of squares by which standpoints
     are off, in sigmas.
-    cost: half of the prior's distance squared, the strain and what excluded parts cost, less the evidence of edges and
-    outlines.
+    cost: half the prior's distance squared, strain and what excluded parts cost, less evidence of edges and outlines.
     """
 
     world_from_rig: Floats

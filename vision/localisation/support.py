@@ -32,8 +32,7 @@ from vision.scene import Scene
 # everything. How many arcs show in this light is not known, so pi is averaged over, camera by camera.
 #
 # A placed part that is not where the model says is looked for near its place: its image may be shifted, turned and
-# scaled, camera by camera, which costs the log of how many such images the picture could tell apart (MacKay, 1992): a
-# large part, of which it tells many, must gain the more.
+# scaled, camera by camera, at the cost of the log of how many such images the picture tells apart (MacKay, 1992).
 
 
 # Reach along the normal and scale of the robust loss (Geman and McClure), px, of each round of a refinement.
@@ -92,9 +91,9 @@ def measure_support(
             rows = np.flatnonzero((moved == occurrence) & (prediction.view == number))
             if len(rows):
                 there = prediction.take(rows)
-                here = float(sum_over_arcs(there, w[rows] * (found + odds)[rows], len(fields)).sum())
+                here = sum_over_arcs(there, w[rows] * (found + odds)[rows], len(fields)).sum()
                 displaced = _score_displaced(there, pixel[rows], direction[rows], fields, index)
-                by_camera[number] += max(displaced - here, 0.0)
+                by_camera[number] += max(displaced - float(here), 0.0)
     return Support(by_camera, total(w * found), total(w * mean), total(w) * CORRELATION_PX)
 
 

@@ -457,13 +457,11 @@ def assess_surfaces(
     open_mm = np.where(np.isin(np.arange(count), there[closed]), 0.0, sought)
     certain = log_odds >= p.moved.sure_log_odds
     certain &= find_shaded(edges, open_mm) < p.moved.most_shaded
-    # Surfaces found in place, or found displaced, or bent around and found all around.
+    # Surfaces found in place, or found displaced, or bent around and found all around, wherever their rims lie.
     agree_px = offsets.agree * p.account.runs.stretch_px
-    found = agree_px >= p.moved.least_found * weight[there]
-    in_place = supported[there] >= p.moved.least_found * weight[there]
-    displaced = sought[there] != 0
-    doubtful = displaced & ~certain[there] & ~closed  # a bore found all around is measured wherever its rims lie
-    sure = (agree_px >= p.moved.least_distinct_px) & (displaced | in_place | (closed & found)) & ~doubtful
+    found, in_place = (px >= p.moved.least_there * weight[there] for px in (agree_px, supported[there]))
+    sure = np.where(sought[there] != 0, certain[there] | closed, in_place | (closed & found))
+    sure &= agree_px >= p.moved.least_distinct_px
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
     shift = np.full((count, 3), np.nan)
@@ -475,7 +473,7 @@ def assess_surfaces(
     least = np.maximum(p.displacement.sure_sigma * sigma, p.displacement.least_mm)
     moved = (sought != 0) & certain & (np.abs(mm) > least)
     moved &= supported <= p.moved.most_in_place * weight
-    moved[there] &= agree_px >= p.moved.least_there * weight[there]
+    moved[there] &= found
     return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 from scipy.stats import betabinom
@@ -9,8 +12,16 @@ from scipy.stats import betabinom
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import samples_at, unit
 from vision.account.account_parameters import RunParameters
-from vision.account.runs import compute_log_odds, part_at_turns, sum_in_one_light, weigh_absence
+from vision.account.runs import (
+    EdgeRuns,
+    compute_log_odds,
+    part_at_turns,
+    sum_in_one_light,
+    weigh_absence,
+    weigh_lookalike,
+)
 from vision.account.samples import Samples
+from vision.scene import StoredScene
 
 P = RunParameters()
 
@@ -78,6 +89,22 @@ def test_a_missing_edge_is_not_paid_for_by_others() -> None:
     items = np.repeat(np.arange(3), 5), np.tile(camera, 3), np.tile(surface, (3, 1))
     it, whole, lacking = weigh_absence(*items, np.concatenate([in_light, sure, gone]), 3, 2, P)
     assert (it, whole < 0 < lacking) == (pytest.approx(wanted), True)
+
+
+def test_an_edge_that_lacks_is_named_where_it_was_asked_for() -> None:
+    surface = np.array([[1, 2], [3, -1], [1, 3]])
+    in_light, px = np.array([[20.0] * 3, [-9.0] * 3, [4.0] * 3]), np.array([50.0, 60.4, 70.0])
+    columns = dict.fromkeys(("visible_px", "found", "chance", "shows", "expected"), px)
+    it = EdgeRuns(
+        camera=np.array([0, 1, 0]), view_run=np.arange(3), kind=np.arange(3), surface=surface, weight_px=px,
+        log_odds=in_light[:, 0], in_light=in_light, **columns,
+    )  # fmt: skip
+    stored = cast(StoredScene, SimpleNamespace(name_surface="face {}".format))
+    odds, words = weigh_lookalike(stored, it, np.array([True, True, True]), ["left", "right"], P)
+    assert odds == weigh_absence(np.zeros(3, np.int64), it.camera, surface, in_light, 1, 2, P)[0] > 0
+    assert words == "60 px of face 3 in the picture of right"
+    assert weigh_lookalike(stored, it, np.array([True, False, True]), ["left", "right"], P)[0] < 0
+    assert weigh_lookalike(stored, it, np.zeros(3, bool), ["left", "right"], P) == (0.0, "")
 
 
 def test_edges_in_one_light_are_averaged_over_lights() -> None:

@@ -1,12 +1,10 @@
-"""The whole localisation on pictures whose pose is known: ray-cast boxes here, rendered bulkheads with the data."""
+"""The whole localisation on pictures whose pose is known: ray-cast boxes."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -14,16 +12,7 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Bytes, Floats, Ints
-from tests.vision.localisation.scenes import (
-    above,
-    blocks,
-    bulkhead,
-    bulkhead_rig,
-    endless_blocks,
-    off,
-    picture,
-    stereo_rig,
-)
+from tests.vision.localisation.scenes import above, blocks, endless_blocks, off, picture, stereo_rig
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.extraction.extract import extract
 from vision.extraction.rows import Primitives, make_primitives
@@ -55,11 +44,7 @@ def pictures(name: str) -> dict[str, Bytes]:
 @cache
 def seen(name: str) -> dict[str, Primitives]:
     """What pictures of a scene hold, by camera."""
-    return extracted(pictures(name))
-
-
-def extracted(images: dict[str, Bytes]) -> dict[str, Primitives]:
-    return {name: make_primitives(extract(image)) for name, image in images.items()}
+    return {camera: make_primitives(extract(image)) for camera, image in pictures(name).items()}
 
 
 @cache
@@ -124,25 +109,6 @@ def test_nothing_in_view_is_refused() -> None:
 def test_measured_elements_lie_where_the_truth_projects_them() -> None:
     for view in blocks_found().views.values():
         assert np.sqrt(np.average(view.measurements.residual**2, weights=view.measurements.weight)) < 0.3
-
-
-@pytest.mark.data
-def test_rendered_pair(data_dir: Path) -> None:
-    import cv2
-
-    folder = data_dir / "bulkhead/A"
-    truth = json.loads((folder / "pairs" / "pair_00_truth.json").read_text())
-    rig, pose = bulkhead_rig(truth)
-    images = {
-        s: np.asarray(cv2.imread(str(folder / "pairs" / truth["cameras"][s]["image"]), cv2.IMREAD_GRAYSCALE), np.uint8)
-        for s in rig.cameras
-    }
-    given = truth["priors"]["small"]
-    sigma = max(given["mm"] / np.sqrt(3), 1.0), np.radians(max(given["deg"] / np.sqrt(3), 0.5))
-    start = Prior.isotropic(np.array(given["T_world_cam_left"]), *map(float, sigma))
-    found = localise(bulkhead(folder), Observation(rig, extracted(images), images), start)
-    assert found.verdict.verdict == "accepted", found.verdict.reason
-    assert (error(found, pose) < np.repeat([0.5, np.radians(0.03)], 3)).all()
 
 
 def test_starts_go_on_that_explain_half_of_what_the_best_does() -> None:
