@@ -12,8 +12,8 @@ import pytest
 from scipy.stats import beta, betabinom
 
 from relmodel.arrays import Floats
+from tests.vision.account.test_elements_beside import edge_points, samples_at, unit
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
-from tests.vision.presence.test_elements_beside import edge_points, samples_at, unit
 from vision.account.runs import weigh_runs
 from vision.account.samples import (
     Samples,

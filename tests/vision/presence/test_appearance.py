@@ -11,7 +11,7 @@ from scipy.ndimage import label, uniform_filter
 from scipy.stats import norm
 
 from relmodel.arrays import Floats, Ints
-from tests.vision.presence.test_elements_beside import samples_at
+from tests.vision.account.test_elements_beside import samples_at
 from vision.account.samples import Samples
 from vision.cameras.cameras import Camera
 from vision.localisation.visibility import RayGrid, SurfaceMap

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
-from tests.vision.presence.test_elements_beside import edge_points, samples_at
+from tests.vision.account.test_elements_beside import edge_points, samples_at
 from vision.account.runs import EdgeRuns
 from vision.account.samples import Samples, find_nearby, measure_support
 from vision.localisation.measurements import EdgeIndex

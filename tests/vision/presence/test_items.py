@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from tests.vision.presence.test_elements_beside import edge_points, unit
+from tests.vision.account.test_elements_beside import edge_points, unit
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.visibility import PartsInView, SurfaceMap, VisibleArcs
 from vision.presence.items import find_normals, lie_on, list_items

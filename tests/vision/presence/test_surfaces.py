@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Bools, Floats, Ints
+from tests.vision.account.test_elements_beside import samples_at, unit
 from tests.vision.account.test_samples import log_odds_of
-from tests.vision.presence.test_elements_beside import samples_at, unit
 from vision.account.runs import EdgeRuns
 from vision.account.samples import Nearby, SampleSupport
 from vision.presence.items import Items
