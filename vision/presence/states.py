@@ -272,8 +272,8 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
 
 
 def find_missing(items: Items, signs: Signs, p: StateParameters) -> Bools:
-    """Which items (n,) belong to a part in whose place surely shows what it covers, likelier than that it is displaced
-    or that its faces are."""
+    """Which items (n,) belong to a part that is surely not there, where what it covers rather shows than not, likelier
+    than that it is displaced or that its faces are."""
     it, moved = signs.displacements, np.flatnonzero(signs.surfaces.moved)
     odds, rival = signs.uncovered.log_odds, np.full(len(signs.uncovered.log_odds), p.contradicted_log_odds)
     elsewhere = it.far | it.turned
@@ -281,7 +281,7 @@ def find_missing(items: Items, signs: Signs, p: StateParameters) -> Bools:
     of_surface = np.zeros(len(signs.surfaces.moved), np.int64)
     of_surface[items.surface] = items.occurrence[items.member]
     resized = np.bincount(of_surface[moved], signs.surfaces.log_odds[moved], len(odds))
-    missing = (signs.uncovered.beneath >= p.least_log_odds) & (odds >= np.maximum(rival, resized))
+    missing = (signs.uncovered.beneath > 0) & (odds >= np.maximum(rival, resized))
     return np.asarray(missing[items.occurrence])
 
 

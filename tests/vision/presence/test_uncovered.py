@@ -93,8 +93,9 @@ def test_a_scene_without_a_part_neither_shows_nor_hides_it() -> None:
     ("beneath", "own", "displaced", "resized", "missing"),
     [
         (3.1, -4.0, 0.0, 0.0, True),
-        (2.9, -9.0, 0.0, 0.0, False),  # what lies beneath is not surely found
-        (3.1, -3.8, 0.0, 0.0, False),  # nor surely in the place of the part
+        (0.1, -7.0, 0.0, 0.0, True),
+        (-0.1, -9.0, 0.0, 0.0, False),  # what lies beneath rather does not show
+        (3.1, -3.8, 0.0, 0.0, False),  # it is not sure in the place of the part
         (6.0, -6.0, 11.9, 0.0, True),
         (6.0, -6.0, 12.1, 0.0, False),  # it is likelier displaced
         (6.0, -6.0, 0.0, 5.9, True),
