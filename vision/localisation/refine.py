@@ -169,8 +169,8 @@ class RefinedPose:
     asked.  others: poses that explain the pictures by other occurrences being off their place, or by none.
     solved (u,): what was solved of the cameras, of which their unknowns follow; left (6 + u, 6 + u): covariance of pose
     and that, were all errors of the measurements independent; strain: half of the sum of squares by which standpoints
-    are off, in sigmas.
-    cost: half the prior's distance squared, strain and what excluded parts cost, less evidence of edges and outlines.
+    are off, in sigmas, and what excluded parts cost.
+    cost: half of the prior's distance squared and the strain, less the evidence of edges and outlines.
     """
 
     world_from_rig: Floats
@@ -215,8 +215,7 @@ class RefinedPose:
     @property
     def cost(self) -> float:
         far = 0.0 if np.isnan(self.prior_sigma) else 0.5 * self.prior_sigma**2
-        far += self.strain + DISPLACED_COST * float(self.excluded.sum())
-        return far - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
+        return far + self.strain - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
 
 
 def _distance(a: RefinedPose, b: RefinedPose) -> float:
@@ -390,7 +389,8 @@ class Fit:
             self.prior.distance(pose),
             solved=solved,
             left=inverse,
-            strain=0.5 * sum(float(solved[it] @ solved[it]) for it in self.unknowns.standpoints.values()),
+            strain=0.5 * sum(float(solved[it] @ solved[it]) for it in self.unknowns.standpoints.values())
+            + DISPLACED_COST * float(excluded.sum()),
         )
 
     def is_determined(self, refined: RefinedPose) -> bool:
