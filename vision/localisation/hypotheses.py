@@ -206,6 +206,7 @@ CLIMB_CELL_PX, CLIMB_REACH_PX = 2.0, 3.0  # the same of the fine evidence
 CLIMB_FIRST_PX, CLIMB_LAST_PX = 4.0, 1.0  # first and last step of the climb
 CLIMB_DISTINCT_PX, CLIMB_KEPT = 3.0, 24  # rms by which the candidates differ, and how many there are at most
 CLIMB_SAMPLES = 1200  # of a climb from a single pose
+WITHIN_POSES, WITHIN_KEPT = 256, 8  # poses within a covariance, and how many of them climb
 
 
 @dataclass(frozen=True)
@@ -432,8 +433,6 @@ def _in_threads(count: int, work: Callable[[slice], None]) -> None:
 
 
 def _scan(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tuple[Floats, Floats]:
-    from scipy.stats import norm, qmc
-
     from vision.localisation import kernels
 
     factor = np.linalg.cholesky(prior.covariance)
@@ -444,9 +443,7 @@ def _scan(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tu
     spread = float(np.sqrt(np.mean(((inner @ factor) ** 2).sum(axis=(1, 2)))))
     wanted = np.clip(SCAN_POSES * (spread / SCAN_SPREAD_PX) ** 2, SCAN_POSES, MAX_SCAN_POSES)
     count = 2 ** int(np.ceil(np.log2(wanted)))
-    sequence = qmc.Sobol(6, scramble=True, seed=seed).random(count)
-    delta = norm.ppf(np.clip(sequence, 1e-4, 1 - 1e-4)) @ factor.T
-    delta[0] = 0
+    delta = _draw(factor, count, seed)
     # A turn of the rig moves each picture nearly as a whole: by A (2, 3) px per radian at the samples' middle.
     turn = np.array([np.median(j[:, :, 3:], axis=0) if len(j) else np.zeros((2, 3)) for j in views])
     steps = np.arange(-SCAN_WINDOW, SCAN_WINDOW + 1, SCAN_STEP)
@@ -473,6 +470,16 @@ def _scan(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tu
     return delta, score
 
 
+def _draw(factor: Floats, count: int, seed: int) -> Floats:
+    """Perturbations (count, 6) that cover a normal distribution of covariance factor @ factor.T, the first one 0."""
+    from scipy.stats import norm, qmc
+
+    sequence = qmc.Sobol(6, scramble=True, seed=seed).random(count)
+    delta = norm.ppf(np.clip(sequence, 1e-4, 1 - 1e-4)) @ factor.T
+    delta[0] = 0
+    return np.asarray(delta)
+
+
 def climb_each(scene: Scene, rig: Rig, fine: Fields, prior: Prior, starts: Perturbations) -> Perturbations:
     """Candidates (perturbations of the prior, whatever their scores mean), each led uphill on the fine evidence from a
     prediction of its own."""
@@ -495,6 +502,20 @@ def climb_from(
         return None
     delta, score = climb(prediction, fine, np.zeros((1, 6)), information, *steps)
     return perturb(pose, delta[0]), float(score[0])
+
+
+def climb_within(scene: Scene, rig: Rig, fine: Fields, pose: Floats, covariance: Floats, seed: int) -> Floats | None:
+    """The best of poses (4, 4) of the rig led uphill from several within a covariance (6, 6), for where a single climb
+    would end on a neighbouring edge; None where nothing is in view."""
+    prediction, information = predict(scene, rig, pose, CLIMB_SAMPLES), np.asarray(np.linalg.inv(covariance), float)
+    if not len(prediction.point):
+        return None
+    delta = _draw(np.asarray(np.linalg.cholesky(covariance), float), WITHIN_POSES, seed)
+    far = 0.5 * np.einsum("ki,ij,kj->k", delta, information, delta)
+    score = gather_evidence(prediction, fine, delta).sum(axis=1) - far
+    first = keep_distinct(prediction, delta, score, CLIMB_DISTINCT_PX, WITHIN_KEPT)
+    delta, score = climb(prediction, fine, delta[first], information, CLIMB_FIRST_PX, CLIMB_LAST_PX)
+    return perturb(pose, delta[np.argmax(score)])
 
 
 def climb(

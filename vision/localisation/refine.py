@@ -9,16 +9,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints, sum_by_group
 from relmodel.geometry.transforms import carry, inverse, rotation_matrix
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
-from vision.localisation.hypotheses import (
-    CLIMB_FIRST_PX,
-    CLIMB_LAST_PX,
-    Evidence,
-    Fields,
-    Prediction,
-    climb_from,
-    flow_in_camera,
-    predict,
-)
+from vision.localisation.hypotheses import Evidence, Fields, Prediction, climb_within, flow_in_camera, predict
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import (
     ARC_SHIFT_PX,
@@ -51,7 +42,6 @@ MAX_SHIFT_SIGMA, MAX_JOINT_SHIFT_SIGMA = 2.0, 3.0
 MAX_LEFT_OUT = 0.8
 MAX_PRIOR_SHARE = 0.8  # of the prior's variance, where most is left, from which a pose counts as undetermined
 TEMPER = 0.2  # by which differences of evidence are multiplied, for neighbouring edges err together
-DISPLACED_COST = 4.6  # of a part that is not where the model says: the log of 100, for one in a hundred is not
 SUSPECT_SIGMA = 0.5  # to first order from which a part is left out on trial: robust weights hide most of a shift
 USUAL_ARCS = 4.0  # arcs as which the usual ARC_SHIFT_PX counts
 # Share of what is known of the best pose in some direction that an arc holds, from which it is left out on trial, and
@@ -169,7 +159,7 @@ class RefinedPose:
     asked.  others: poses that explain the pictures by other occurrences being off their place, or by none.
     solved (u,): what was solved of the cameras, of which their unknowns follow; left (6 + u, 6 + u): covariance of pose
     and that, were all errors of the measurements independent; strain: half of the sum of squares by which standpoints
-    are off, in sigmas, and what excluded parts cost.
+    are off, in sigmas.
     cost: half of the prior's distance squared and the strain, less the evidence of edges and outlines.
     """
 
@@ -357,12 +347,11 @@ class Fit:
             it, fields = rig.standpoints[name], dict(zip(rig.cameras, self.fields, strict=True))
             carried = carry(inverse(rig.standpoints[rig.first].world_from_rig) @ it.world_from_rig)
             off = np.hstack([it.root, it.sway if it.carrier in bases else np.zeros((6, 0))])
-            information = np.asarray(np.linalg.inv(carried @ off @ off.T @ carried.T))
-            seen, steps = Fields(fields[camera] for camera in own), (CLIMB_FIRST_PX, CLIMB_LAST_PX)
-            led = climb_from(self.scene, rig.only(*own), seen, world_from_rig, information, steps)
+            covariance, seen = carried @ off @ off.T @ carried.T, Fields(fields[camera] for camera in own)
+            led = climb_within(self.scene, rig.only(*own), seen, world_from_rig, covariance, self.seed)
             if led is not None:
-                solved[columns] = np.linalg.solve(carried @ it.root, perturbation(world_from_rig, led[0]))
-                pose = led[0] if name == rig.first else pose
+                solved[columns] = np.linalg.solve(carried @ it.root, perturbation(world_from_rig, led))
+                pose = led if name == rig.first else pose
         self._begun[key] = pose, solved
         return self._begun[key]
 
@@ -389,8 +378,7 @@ class Fit:
             self.prior.distance(pose),
             solved=solved,
             left=inverse,
-            strain=0.5 * sum(float(solved[it] @ solved[it]) for it in self.unknowns.standpoints.values())
-            + DISPLACED_COST * float(excluded.sum()),
+            strain=0.5 * sum(float(solved[it] @ solved[it]) for it in self.unknowns.standpoints.values()),
         )
 
     def is_determined(self, refined: RefinedPose) -> bool:

@@ -101,7 +101,6 @@ def test_of_two_like_bodies_that_disagree_either_may_be_off(shift: tuple[float, 
         assert d @ np.linalg.solve(found.covariance, d) < 3.5**2
         left_out = {tuple(h.excluded.tolist()): h for h in (found, *found.others)}
         assert set(left_out) == {(False, False), (True, False), (False, True)}
-        assert all(h.strain == pytest.approx(np.log(100) * sum(of), abs=0.01) for of, h in left_out.items())
         right = left_out[shifted == 0, shifted == 1]
         assert np.abs(perturbation(right.world_from_rig, truth)[:3]).max() < 0.5
 

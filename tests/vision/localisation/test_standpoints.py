@@ -139,9 +139,9 @@ def test_a_standpoint_that_is_moved_is_named_with_the_amount(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(2))
 def test_standpoints_are_found_that_lie_further_off_than_least_squares_looks(seed: int) -> None:
-    fit, true, _ = stand(seed, sigma=4 * SIGMA)
+    fit, true, _ = stand(seed, sigma=8 * SIGMA)
     found = fit.refine(true.standpoints["s0"].world_from_rig)
     solved = correct_rig(fit.rig, found.camera_unknowns).rig_from_camera
-    assert max(np.linalg.norm((solved[n] - it)[:3, 3]) for n, it in true.rig_from_camera.items()) < 1.0
+    assert max(np.linalg.norm((solved[n] - it)[:3, 3]) for n, it in true.rig_from_camera.items()) < 2.5
     standpoints = fit.unknowns.standpoints.values()
     assert found.strain == pytest.approx(sum((found.solved[it] ** 2).sum() / 2 for it in standpoints), rel=1e-3)
