@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 
@@ -249,12 +250,17 @@ def measure_agreement(best: RefinedPose, p: VerdictParameters, camera: int | Non
 
 def compute_disagreement(own: Sequence[float], joint: Sequence[float], p: VerdictParameters) -> float:
     """How far the cameras disagree on the pose, in sigmas: the signed root of the likelihood ratio (Wilks) of the
-    evidence that each camera gathers at the pose it gives by itself against what it gathers at the joint one.
+    evidence that each camera gathers at the pose it gives by itself against what it gathers at the joint one; of more
+    than two cameras, as improbable a root of two.
 
     A camera whose own pose is elsewhere and gathers no more there does not disagree.  Poses see different samples of
     the model: `own_share` of the evidence is no sign of anything."""
+    from scipy.special import chdtrc, chdtri
+
     gained = sum(max(a - b, 0.0) for a, b in zip(own, joint, strict=True))
-    return math.sqrt(2 * max(gained - p.own_share * max(sum(joint), 0.0), 0.0))
+    square = 2 * max(gained - p.own_share * max(sum(joint), 0.0), 0.0)
+    chance = float(chdtrc(6 * (len(own) - 1), square)) if len(own) > 2 else 0.0
+    return math.sqrt(chdtri(6, chance) if chance > 0 else square)
 
 
 @dataclass(frozen=True)
@@ -394,7 +400,8 @@ def compute_shown(rig: Rig, left: Floats) -> Floats:
     `OF_PARTS_ALONE`) besides; at least `LEAST_SHOWN` of the stated."""
     sigma = describe_unknowns(rig).sigma
     share = np.clip(1 - (left / np.maximum(sigma, 1e-12)) ** 2, 0.0, 1.0)
-    of_parts = OF_PARTS if len(rig.cameras) > 1 else OF_PARTS_ALONE
+    together = max(Counter(map(rig.standpoint_of, rig.cameras)).values(), default=0)
+    of_parts = OF_PARTS if together > 1 else OF_PARTS_ALONE
     shown = np.sqrt(share**2 * (sigma**2 + of_parts**2) + BEYOND**2 * share * (1 - share) * sigma**2)
     return np.asarray(np.maximum(shown, LEAST_SHOWN * sigma))
 
