@@ -47,7 +47,7 @@ CREATE TABLE inspection_image (  -- localisation: The images of an inspection, o
         -- camera
     edges DOUBLE PRECISION NOT NULL,  -- edge elements to a thousand pixels: next to none where the camera is covered
     blur_px DOUBLE PRECISION,  -- sigma of the spread of its strong edges, px; null where it has too few
-    saturated DOUBLE PRECISION NOT NULL,  -- share of the pixels at the brightest value
+    saturated DOUBLE PRECISION NOT NULL,  -- share of the pixels at the brightest value; where it passes the limit, of those that show the model found
     mosaic DOUBLE PRECISION NOT NULL,  -- grey by which the pixels of one diagonal of two by two differ from the other: of a raw Bayer mosaic
     stale_run_id BIGINT,  -- REFERENCES run (id): an earlier run that had this picture of this camera beside another picture of another; this run where two cameras were
         -- given one picture; null where neither is so

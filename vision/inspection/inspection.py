@@ -49,7 +49,15 @@ from vision.inspection.against import (
 from vision.inspection.answer import Inspection, read_inspection
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.locate import Locator, Target, doubt_calibration, match_views, select_parts
-from vision.inspection.pictures import doubt_pictures, extract_pictures, find_faults, measure_quality, return_memory
+from vision.inspection.pictures import (
+    doubt_pictures,
+    extract_pictures,
+    find_faults,
+    in_light_of_model,
+    measure_quality,
+    name_grave,
+    return_memory,
+)
 from vision.inspection.record import Result, record_decisions, record_inspection
 from vision.localisation.localise import Localisation
 from vision.localisation.verdict import Verdict, doubt_edges, doubt_face, place_by_bases
@@ -337,9 +345,7 @@ def carry_out(
     extracted = extract_pictures(run, pictures, p.extraction, keep_images=request.keep_images)
     run.step("extract")
     cameras = inputs.rig.only(*pictures)
-    quality = measure_quality(run.id, store, cameras, extracted)
-    faults = find_faults(quality, run.id, p.pictures)
-    notes = [fault.words for fault in faults if not fault.refuses]
+    taken = measure_quality(run.id, store, cameras, extracted)
     run.step("look")
     seen = Observation(
         cameras,
@@ -354,16 +360,22 @@ def carry_out(
             return locator.stereo, recognise(locator, known.among)
         return locator.stereo, Recognition(locator.locate(known.target, known.prior), [], [])
 
-    blind, is_located = {fault.camera: fault.words for fault in faults if fault.refuses}, False
+    ignored: dict[str, str] = {}
     leaves_out = p.ignore_blind_camera or seen.rig.moved is not None  # of many pictures a bad one is no great loss
+    in_any_light = {name: replace(it, saturated=0.0) for name, it in taken.items()}
+    blind, is_located = name_grave(find_faults(in_any_light, run.id, p.pictures)), False
     while not is_located:
         if leaves_out and 0 < len(blind) < len(seen.pictures):
-            notes += [f"camera {name} is ignored: {words}" for name, words in blind.items()]
+            ignored |= blind
             seen = seen.only(name for name in seen.rig.cameras if name not in blind)
         stereo, (location, considered, variants) = locate()
-        blind, leaves_out = dict(location.found.verdict.blind), p.ignore_blind_camera
+        quality = in_light_of_model(taken, seen, location.target.stored.scene, location.found, p.pictures)
+        faults = [it for it in find_faults(quality, run.id, p.pictures) if it.camera in seen.pictures]
+        blind = name_grave(faults) | (dict(location.found.verdict.blind) if p.ignore_blind_camera else {})
         is_located = not (leaves_out and 0 < len(blind) < len(seen.pictures))
-    verdict = doubt_pictures(location.found.verdict, [fault for fault in faults if fault.camera in seen.pictures])
+    notes = [it.words for it in faults if not it.refuses]
+    notes += [f"camera {name} is ignored: {words}" for name, words in ignored.items()]
+    verdict = doubt_pictures(location.found.verdict, faults)
     if verdict.weighed.get("likely", 0.0) < p.localisation.verdict.min_posterior:
         doubt = doubt_calibration(seen, location.target.stored.scene, known.prior)
         verdict = verdict if doubt is None else replace(verdict.refused(doubt), rig=doubt)

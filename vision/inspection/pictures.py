@@ -8,14 +8,14 @@ import ctypes
 import platform
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import permutations
 
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Floats, Floats32
+from relmodel.arrays import Bytes, Floats, Floats32
 from relmodel.store import Run
 from relmodel.store.database import Database
 from vision.cameras.cameras import Rig
@@ -32,7 +32,11 @@ from vision.extraction.rows import (
     read_primitives,
     record_extraction,
 )
+from vision.localisation.localise import Localisation
 from vision.localisation.verdict import Verdict
+from vision.localisation.views import Observation
+from vision.localisation.visibility import SurfaceMap, map_surfaces
+from vision.scene import Scene
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # glibc's numbers of the options, in malloc.h
 
@@ -57,6 +61,8 @@ def return_memory() -> None:
 
 FINE_PX, COARSE_PX = 1.0, 3.0  # sigmas of the Gaussians that the slopes of edges are measured with
 SHARPEST = 0.5  # a picture is as blurred as this quantile of its strong edges
+BRIGHTEST = 254.999  # grey
+MODEL_STEP_PX = 4  # between the pixels of a model that are looked at
 
 
 @dataclass(frozen=True)
@@ -78,9 +84,9 @@ class Quality:
     """What a picture is like.
 
     edges: edge elements to a thousand pixels; blur_px: sigma of the spread of its strong edges, NaN where it has none;
-    saturated: share of pixels at the brightest value; mosaic: as `measure_mosaic` gives it; stale_run: an earlier run
-    that had this camera's picture beside another one of another camera, this run where another camera was given the
-    same file, else None."""
+    saturated: share of pixels at the brightest value, where that passes the limit of those that show the model found;
+    mosaic: as `measure_mosaic` gives it; stale_run: an earlier run that had this camera's picture beside another one of
+    another camera, this run where another camera was given the same file, else None."""
 
     edges: float
     blur_px: float
@@ -141,7 +147,7 @@ def measure_quality(run: int, store: Database, rig: Rig, seen: Mapping[str, Seen
 def describe(grey: Floats, found: Primitives, stale_run: int | None) -> Quality:
     """What a picture is like: its grey (rows, columns), 0..255, and what was extracted from it."""
     edges = 1000 * len(found.elements.x) / grey.size
-    return Quality(edges, measure_blur(grey), float((grey > 254.999).mean()), measure_mosaic(grey), stale_run)
+    return Quality(edges, measure_blur(grey), float((grey > BRIGHTEST).mean()), measure_mosaic(grey), stale_run)
 
 
 def _find_stale(run: int, store: Database, rig: Rig, pictures: Mapping[str, Picture]) -> dict[str, int]:
@@ -165,6 +171,25 @@ def _find_stale(run: int, store: Database, rig: Rig, pictures: Mapping[str, Pict
             if found := store.rows(connection, "cameras/stale_picture", run=run, **asked):
                 stale[name] = min(int(found[0].run_id), stale.get(name, run))
     return stale
+
+
+def in_light_of_model(
+    quality: Mapping[str, Quality], seen: Observation, scene: Scene, found: Localisation, p: PictureParameters
+) -> dict[str, Quality]:
+    """The same, of pictures that are too bright altogether by what shows of the model, where that was found: a white
+    table behind it is no matter."""
+    bright = [name for name in seen.pictures if found.best is not None and quality[name].saturated > p.most_saturated]
+    rig, pose = found.rig, found.best.world_from_rig if found.best else np.eye(4)
+    shown = {it: map_surfaces(scene, rig.cameras[it], pose @ rig.rig_from_camera[it]) for it in bright}
+    saturated = {it: measure_brightness(seen.greys[it], surfaces) for it, surfaces in shown.items()}
+    return {name: replace(it, saturated=saturated.get(name, it.saturated)) for name, it in quality.items()}
+
+
+def measure_brightness(grey: Floats | Bytes, shown: SurfaceMap) -> float:
+    """Share of what a picture (rows, columns), 0..255, shows of a model that is at the brightest value."""
+    x, y = (it.ravel() for it in np.meshgrid(*(np.arange(0, size, MODEL_STEP_PX) for size in grey.shape[::-1])))
+    of_model = shown.surface_at(np.column_stack([x, y]).astype(float)) >= 0
+    return float((grey[y, x][of_model] > BRIGHTEST).mean()) if of_model.any() else 0.0
 
 
 def find_faults(quality: Mapping[str, Quality], run: int, p: PictureParameters) -> list[Fault]:
@@ -198,10 +223,13 @@ def find_faults(quality: Mapping[str, Quality], run: int, p: PictureParameters) 
 
 def doubt_pictures(verdict: Verdict, faults: Sequence[Fault]) -> Verdict:
     """The verdict where pictures say nothing: refused, and that said first."""
-    grave = [fault for fault in faults if fault.refuses]
-    if not grave:
-        return verdict
-    return verdict.refused(*(fault.words for fault in grave))
+    grave = [fault.words for fault in faults if fault.refuses]
+    return verdict.refused(*grave) if grave else verdict
+
+
+def name_grave(faults: Sequence[Fault]) -> dict[str, str]:
+    """By camera whose picture says nothing, why."""
+    return {it.camera: it.words for it in faults if it.refuses}
 
 
 # The pictures of an inspection with what was extracted from them: from the store where it has it, else made and stored

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
+from tests.vision.localisation.scenes import box_scene
+from vision.cameras.cameras import Camera
 from vision.extraction.rows import Primitives
 from vision.inspection.pictures import (
     Fault,
@@ -19,9 +21,11 @@ from vision.inspection.pictures import (
     doubt_pictures,
     find_faults,
     measure_blur,
+    measure_brightness,
     measure_mosaic,
 )
 from vision.localisation.verdict import Verdict
+from vision.localisation.visibility import map_surfaces
 
 FINE = Quality(edges=20.0, blur_px=0.8, saturated=0.01, mosaic=0.0, stale_run=None)
 
@@ -93,3 +97,16 @@ def test_a_picture_is_described_by_its_pixels() -> None:
     grey[:30, :100] = 255
     found = describe(grey, cast(Primitives, SimpleNamespace(elements=SimpleNamespace(x=np.zeros(50)))), 3)
     assert (found.edges, found.saturated, found.stale_run) == (2.5, 0.15, 3)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
+def test_a_model_is_as_bright_as_the_pixels_that_show_it(share: float) -> None:
+    """A plate of 200 x 160 px on a white table, white from its left end up to a share of its length."""
+    scene = box_scene([(np.array([-100.0, -80.0, -2.0]), np.array([200.0, 160.0, 2.0]))])
+    camera = Camera(400, 300, np.array([[500.0, 0, 199.5], [0, 500.0, 149.5], [0, 0, 1]]))
+    grey = np.full((300, 400), 255.0)
+    grey[70:230, 100 + round(200 * share) : 300] = 90.0
+    down = np.diag([1.0, -1.0, -1.0, 1.0])
+    down[2, 3] = 500.0
+    shown = map_surfaces(scene, camera, down)
+    assert measure_brightness(grey, shown) == pytest.approx(share, abs=0.03)
