@@ -38,16 +38,17 @@ from vision.scene import StoredScene
 class EdgeRuns(Rows):
     """Predicted edges of all cameras as columns, one row a run.
 
-    camera; view_run: as the camera's view counts it; kind; surface (r, 2); visible_px; weight_px: of it what can be
-    distinguished from other edges; found: share of that which is supported; chance: share that chance supports; shows:
-    probability that such an edge shows; log_odds: of there against not there; expected: what they would be in the mean
-    were it there; in_light (r, k): log odds in k lights, equally likely, from one in which few edges show to one
-    in which most do: the edges of a thing are seen in the same.
+    camera; view_run: as the camera's view counts it; kind; arc, surface (r, 2): as samples have them; visible_px;
+    weight_px: of it what can be distinguished from other edges; found: share of that which is supported; chance: share
+    that chance supports; shows: probability that such an edge shows; log_odds: of there against not there; expected:
+    what they would be in the mean were it there; in_light (r, k): log odds in k lights, equally likely, from one in
+    which few edges show to one in which most do: the edges of a thing are seen in the same.
     """
 
     camera: Ints
     view_run: Ints
     kind: Ints
+    arc: Ints
     surface: Ints
     visible_px: Floats
     weight_px: Floats
@@ -113,6 +114,7 @@ def weigh_runs(samples: Samples, support: SampleSupport, sides: Sides, p: RunPar
         camera=samples.camera[head],
         view_run=samples.view_run[head],
         kind=samples.kind[head].astype(np.int64),
+        arc=samples.arc[head],
         surface=surface,
         visible_px=np.bincount(run, samples.length_px, count).astype(float),
         weight_px=weight,
@@ -146,22 +148,27 @@ def weigh_edges(it: EdgeRuns) -> float:
     return float(sum_in_one_light(it.camera, it.in_light, int(it.camera.max(initial=-1)) + 1).sum())
 
 
-def weigh_absence(
-    item: Ints, camera: Ints, surface: Ints, in_light: Floats, count: int, cameras: int, p: RunParameters
-) -> Floats:
-    """Log odds (count,) that some edges of items are not there, against all being there.
+def weigh_absence(item: Ints, rows: EdgeRuns, count: int, cameras: int, p: RunParameters) -> Floats:
+    """Log odds (count,) that some edges of items are not there, against all being there; item (r,): of the rows.
 
-    item, camera (r,), surface (r, 2): of rows, of which those of one pair of surfaces in a picture are there or not
-    together; in_light (r, k): as `EdgeRuns` has it.  What share of its edges an item would lack is not known: those of
-    `missing` are as likely one as another.  So no edge that is found pays for one that should show and does not.
+    In a picture those of one pair of surfaces, and of an arc that has nothing on one side, are there or not together.
+    An edge that one picture shows is not gone from another.  What share of its edges an item would lack is not known:
+    those of `missing` are as likely one as another.  So no edge that is found pays for another one that should show and
+    does not.
     """
-    rows = np.column_stack([item * cameras + camera, np.sort(surface, axis=1)])
-    edges, edge = np.unique(rows, axis=0, return_inverse=True)
-    own = sum_by_group(edge.ravel(), in_light, len(edges))
-    each = [np.logaddexp(np.log1p(-share) + own, np.log(share)) if share else own for share in (0.0, *p.missing)]
-    there, *some = (sum_in_one_light(edges[:, 0], odds, count * cameras) for odds in each)
-    by_share = (np.stack(some) - there).reshape(len(some), count, cameras).sum(axis=2)
-    return np.asarray(np.logaddexp.reduce(by_share) - np.log(len(some)))
+    sides = np.sort(np.where(rows.surface < 0, -2 - rows.arc[:, None], rows.surface), axis=1)
+    seen, row = np.unique(np.column_stack([item, sides, rows.camera]), axis=0, return_inverse=True)
+    edge = np.unique(seen[:, :3], axis=0, return_inverse=True)[1].ravel()
+    own, each = sum_by_group(row.ravel(), rows.in_light, len(seen)), np.arange(len(seen))
+    shown = np.maximum(sum_in_one_light(each, own, len(seen)), 0.0)
+    elsewhere = (np.bincount(edge, shown)[edge] - shown)[:, None]
+
+    def weigh(odds: Floats) -> Floats:
+        at = seen[:, 0] * cameras + seen[:, 3]
+        return np.asarray(sum_in_one_light(at, odds, count * cameras).reshape(count, cameras).sum(axis=1))
+
+    some = [weigh(np.logaddexp(np.log1p(-share) + own, np.log(share) - elsewhere)) for share in p.missing]
+    return np.asarray(np.logaddexp.reduce(some) - np.log(len(some)) - weigh(own))
 
 
 def compute_log_odds(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:
@@ -274,7 +281,7 @@ def weigh_lookalike(
     if not len(rows.camera):
         return 0.0, ""
     whole = np.zeros(len(rows.camera), np.int64)
-    odds = weigh_absence(whole, rows.camera, rows.surface, rows.in_light, 1, len(cameras), p)
+    odds = weigh_absence(whole, rows, 1, len(cameras), p)
     worst = int(np.argmin(rows.log_odds))
     own = [stored.name_surface(surface) for surface in rows.surface[worst].tolist() if surface >= 0]
     where = f"{rows.weight_px[worst]:.0f} px of {' and '.join(own)} in the picture of {cameras[rows.camera[worst]]}"

@@ -288,8 +288,7 @@ def find_missing(items: Items, signs: Signs, p: StateParameters) -> Bools:
 def weigh_absence_of_items(items: Items, runs: EdgeRuns, cameras: int, p: RunParameters) -> Floats:
     """Log odds (n,) that some of its own edges are not there, of each item."""
     item, run, lent = pair_with_runs(items, runs.surface)
-    item, run = item[~lent], run[~lent]
-    return weigh_absence(item, runs.camera[run], runs.surface[run], runs.in_light[run], len(items), cameras, p)
+    return weigh_absence(item[~lent], runs.take(run[~lent]), len(items), cameras, p)
 
 
 def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> ItemEvidence:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.stats import betabinom
 
-from relmodel.arrays import Floats
+from relmodel.arrays import Floats, Ints
 from tests.vision.account.test_elements_beside import samples_at, unit
 from vision.account.account_parameters import RunParameters
 from vision.account.runs import (
@@ -69,39 +70,53 @@ def test_an_edge_that_wavers_stays_whole_and_runs_stay_apart() -> None:
     assert part_at_turns(two, P).run.tolist() == [0] * 20 + [1] * 20
 
 
+def runs_of(camera: Ints, arc: Ints, surface: Ints, in_light: Floats, px: Floats) -> EdgeRuns:
+    """Runs of which nothing else is asked."""
+    columns = dict.fromkeys(("visible_px", "found", "chance", "shows", "expected"), px)
+    return EdgeRuns(
+        camera=camera, view_run=arc, kind=arc, arc=arc, surface=surface, weight_px=px, log_odds=in_light[:, 0],
+        in_light=in_light, **columns,
+    )  # fmt: skip
+
+
 def test_a_missing_edge_is_not_paid_for_by_others() -> None:
     """By loops over the shares of edges that may be missing and over lights; of two pieces of an edge in a picture both
-    are there, or neither."""
+    are there, or neither, but for arcs that have nothing on one side; one that a picture shows is not gone from
+    another."""
     rng = np.random.default_rng(5)
-    camera, surface = np.array([0, 0, 0, 1, 1]), np.array([[1, 2], [2, 1], [1, 3], [1, 2], [4, -1]])
-    in_light = rng.normal(1.0, 2.0, (5, 3))
+    camera, arc = np.array([0, 0, 0, 1, 1, 1, 1]), np.array([0, 1, 2, 3, 4, 5, 4])
+    surface = np.array([[1, 2], [2, 1], [1, 3], [1, 2], [4, -1], [4, -1], [-1, 4]])
+    in_light = rng.normal(1.0, 2.0, (7, 3))
+    in_light[3] += 6.0
+    left = {"a": in_light[0] + in_light[1], "b": in_light[2]}
+    right = {"a": in_light[3], "c": in_light[4] + in_light[6], "d": in_light[5]}
 
     def odds_of(share: float) -> float:
         total = 0.0
-        for edges in ([in_light[0] + in_light[1], in_light[2]], [in_light[3], in_light[4]]):
-            by_light = sum(np.log((1 - share) * np.exp(edge) + share) for edge in edges)
+        for edges, others in ((left, right), (right, left)):
+            by_light = 0.0
+            for name, edge in edges.items():
+                shown = max(np.mean(np.exp(others[name])), 1.0) if name in others else 1.0
+                by_light += np.log((1 - share) * np.exp(edge) + share / shown)
             total += np.log(np.mean(np.exp(by_light)))
         return float(total)
 
     wanted = np.log(np.mean([np.exp(odds_of(share) - odds_of(0.0)) for share in P.missing]))
-    sure = np.full((5, 3), 20.0)
-    gone = np.where(np.arange(5)[:, None] == 2, -3.0, sure)
-    items = np.repeat(np.arange(3), 5), np.tile(camera, 3), np.tile(surface, (3, 1))
-    it, whole, lacking = weigh_absence(*items, np.concatenate([in_light, sure, gone]), 3, 2, P)
+    sure = np.full((7, 3), 20.0)
+    gone = np.where(np.arange(7)[:, None] == 2, -3.0, sure)
+    rows = runs_of(camera, arc, surface, in_light, np.ones(7)).take(np.tile(np.arange(7), 3))
+    rows = replace(rows, in_light=np.concatenate([in_light, sure, gone]))
+    it, whole, lacking = weigh_absence(np.repeat(np.arange(3), 7), rows, 3, 2, P)
     assert (it, whole < 0 < lacking) == (pytest.approx(wanted), True)
 
 
 def test_an_edge_that_lacks_is_named_where_it_was_asked_for() -> None:
     surface = np.array([[1, 2], [3, -1], [1, 3]])
     in_light, px = np.array([[20.0] * 3, [-9.0] * 3, [4.0] * 3]), np.array([50.0, 60.4, 70.0])
-    columns = dict.fromkeys(("visible_px", "found", "chance", "shows", "expected"), px)
-    it = EdgeRuns(
-        camera=np.array([0, 1, 0]), view_run=np.arange(3), kind=np.arange(3), surface=surface, weight_px=px,
-        log_odds=in_light[:, 0], in_light=in_light, **columns,
-    )  # fmt: skip
+    it = runs_of(np.array([0, 1, 0]), np.arange(3), surface, in_light, px)
     stored = cast(StoredScene, SimpleNamespace(name_surface="face {}".format))
     odds, words = weigh_lookalike(stored, it, np.array([True, True, True]), ["left", "right"], P)
-    assert odds == weigh_absence(np.zeros(3, np.int64), it.camera, surface, in_light, 1, 2, P)[0] > 0
+    assert odds == weigh_absence(np.zeros(3, np.int64), it, 1, 2, P)[0] > 0
     assert words == "60 px of face 3 in the picture of right"
     assert weigh_lookalike(stored, it, np.array([True, False, True]), ["left", "right"], P)[0] < 0
     assert weigh_lookalike(stored, it, np.zeros(3, bool), ["left", "right"], P) == (0.0, "")

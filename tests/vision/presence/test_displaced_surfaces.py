@@ -43,8 +43,8 @@ def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
     weight = np.bincount(samples.run, support.weight, count).astype(float)
     zero, whole = np.zeros(count), np.zeros(count, np.int64)
     runs = EdgeRuns(
-        whole, whole, whole, samples.surface[head], weight, weight, zero, zero + 0.05, zero + 0.8, zero, zero,
-        np.zeros((count, 1)),
+        whole, whole, whole, samples.arc[head], samples.surface[head], weight, weight, zero, zero + 0.05, zero + 0.8,
+        zero, zero, np.zeros((count, 1)),
     )  # fmt: skip
     none = np.zeros(0, np.int64)
     moving = find_moving_surfaces(samples, (none, none, np.zeros((0, 3))))

@@ -39,8 +39,8 @@ def signs(*edges: Edge, cameras: int = 1, stopped: int | None = None, looks: tup
     lit = np.tile(np.array(odds)[:, None], (1, 3))
     camera, none = np.repeat(np.arange(cameras), n), np.tile(np.arange(n), cameras)
     runs = EdgeRuns(
-        np.zeros(n, int), np.arange(n), np.zeros(n, int), np.array(surface), np.array(px), np.array(distinct),
-        np.array(found), np.zeros(n), np.ones(n), np.array(odds), np.array(expected), lit,
+        np.zeros(n, int), np.arange(n), np.zeros(n, int), np.arange(n), np.array(surface), np.array(px),
+        np.array(distinct), np.array(found), np.zeros(n), np.ones(n), np.array(odds), np.array(expected), lit,
     ).take(none)  # fmt: skip
     nan, vectors = np.full(SURFACES, np.nan), np.full((SURFACES, 3), np.nan)
     nothing = FacePairs(*(np.zeros(0, int) for _ in range(6)))

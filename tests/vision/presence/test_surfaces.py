@@ -175,7 +175,7 @@ def rim(shift: Floats, wider: float, noise: float = 0.0) -> tuple[EdgePrediction
     found = np.abs(offset) <= 2.0
     each = [np.bincount(samples.run, found).astype(float) / 38]
     runs = EdgeRuns(
-        camera=np.zeros(5, np.int64), view_run=np.arange(5), kind=np.zeros(5, np.int64),
+        camera=np.zeros(5, np.int64), view_run=np.arange(5), kind=np.zeros(5, np.int64), arc=np.arange(5),
         surface=np.tile([0, 1], (5, 1)), visible_px=np.full(5, 38.0), weight_px=np.full(5, 38.0), found=each[0],
         chance=np.full(5, 0.05), shows=np.full(5, 0.9), log_odds=np.zeros(5), expected=np.zeros(5),
         in_light=np.where(each[0] > 0.5, 1.0, -1.0)[:, None],
