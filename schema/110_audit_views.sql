@@ -55,8 +55,8 @@ CREATE VIEW inspection_outcome (  -- localisation: Whether an inspection's pose 
     run_id,  -- the run
     verdict,  -- accepted, ambiguous or refused: of the pose
     pose_verdict,  -- usable, not unique or not found: the same, as a person asks
-    part_verdict,  -- as modelled, deviates, another variant, or not enough seen: the pose is not usable, less than half of what is in view is
-        -- checked, or a part is not confirmed
+    part_verdict,  -- as modelled, deviates, another variant, or not enough seen: the pose is not usable, less than two thirds of what is in
+        -- view is confirmed, or something is not confirmed
     mood,  -- good, warn or bad: what colour that has; good only where all that is in view is checked
     findings,  -- things that are surely not as modelled, as finding has them; null where nothing was looked at, as where the pose is refused
     checked,  -- parts and features in view that are confirmed, changed or contradicted; null likewise
@@ -73,8 +73,7 @@ WITH counted AS (
         count(CASE state WHEN 'changed' THEN 1 END) AS changed,
         count(CASE state WHEN 'contradicted' THEN 1 END) AS contradicted,
         count(CASE state WHEN 'not_confirmed' THEN 1 END) AS not_confirmed,
-        count(CASE state WHEN 'undecidable' THEN 1 END) AS undecidable,
-        count(CASE WHEN level = 'part' AND state = 'not_confirmed' THEN 1 END) AS parts_not_confirmed
+        count(CASE state WHEN 'undecidable' THEN 1 END) AS undecidable
     FROM presence
     WHERE level <> 'surface'
     GROUP BY run_id
@@ -102,7 +101,7 @@ said AS (
             WHEN p.verdict <> 'accepted' THEN 'not enough seen'
             WHEN o.variant IS NOT NULL THEN 'another variant'
             WHEN c.changed + c.contradicted > 0 THEN 'deviates'
-            WHEN 2 * c.confirmed >= c.in_view AND c.parts_not_confirmed = 0 THEN 'as modelled'
+            WHEN 3 * c.confirmed >= 2 * c.in_view AND c.not_confirmed = 0 THEN 'as modelled'
             ELSE 'not enough seen'
         END AS part_verdict
     FROM inspection AS p
@@ -153,7 +152,7 @@ WHERE r.kind = 'inspect' AND coalesce(i.serial, (r.parameters ->> 'serial')) IS 
 CREATE VIEW serial_outcome (  -- localisation: How a physical part is by all inspections of it: what its report and `relmodel runs` would say in one line.
     serial,  -- the physical part
     part_verdict,  -- as modelled, deviates, another variant (by the newest usable stop that weighed some) or not enough seen: less than
-        -- half of all that its model has is checked, or a part is not confirmed
+        -- two thirds of all that its model has is confirmed, or something is not confirmed
     mood,  -- good, warn or bad: good only where all that the model has is checked
     findings,  -- how many there are
     checked,  -- parts and features that are checked
@@ -169,7 +168,7 @@ WITH counted AS (
     SELECT serial, count(*) AS features, count(CASE state WHEN 'confirmed' THEN 1 END) AS confirmed,
         count(CASE WHEN state IN ('changed', 'contradicted') THEN 1 END) AS failed,
         count(CASE state WHEN 'not_seen' THEN 1 END) AS not_seen,
-        count(CASE WHEN level = 'part' AND state = 'not_confirmed' THEN 1 END) AS parts_not_confirmed
+        count(CASE state WHEN 'not_confirmed' THEN 1 END) AS not_confirmed
     FROM serial_evidence
     GROUP BY serial
 ),
@@ -201,7 +200,7 @@ weighed AS (
 said AS (
     SELECT s.serial, coalesce(f.findings, 0) AS findings, f.accepted, f.accepted_by, coalesce(c.confirmed + c.failed, 0) AS checked,
         coalesce(c.features, 0) AS features, coalesce(c.not_seen, 0) AS not_seen, s.stops, s.usable_stops, s.unusable, o.ends, w.variant,
-        CASE WHEN w.variant IS NOT NULL THEN 'another variant' WHEN c.failed > 0 THEN 'deviates' WHEN 2 * c.confirmed >= c.features AND c.parts_not_confirmed = 0 THEN 'as modelled' ELSE 'not enough seen' END AS part_verdict
+        CASE WHEN w.variant IS NOT NULL THEN 'another variant' WHEN c.failed > 0 THEN 'deviates' WHEN 3 * c.confirmed >= 2 * c.features AND c.not_confirmed = 0 THEN 'as modelled' ELSE 'not enough seen' END AS part_verdict
     FROM stop AS s
     LEFT JOIN counted AS c ON c.serial = s.serial
     LEFT JOIN other AS o ON o.serial = s.serial
