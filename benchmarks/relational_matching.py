@@ -41,38 +41,10 @@ class Case(NamedTuple):
     truth: Ints | None
 
 
-def write_problem(path: Path, problem: MatchingProblem, truth: Ints | None = None) -> None:
-    """A problem as rows of one Parquet file: `kind` is unit (null cost, true label), candidate, relation (weight) or
-    compatibility (what it saves); what a kind has no use for is null; the first row's other_label says whether labels
-    may repeat."""
-    c, pair = problem, problem.compatibility
-    blocks = {
-        "unit": (np.arange(c.units), truth, None, np.full(c.units, int(c.injective)), c.null_cost),
-        "candidate": (c.candidate_unit, c.candidate_label, None, None, c.candidate_cost),
-        "relation": (c.neighbour_unit, None, c.neighbour_other, None, c.neighbour_weight),
-        "compatibility": (
-            c.candidate_unit[pair[:, 0]],
-            c.candidate_label[pair[:, 0]],
-            c.candidate_unit[pair[:, 1]],
-            c.candidate_label[pair[:, 1]],
-            c.saves,
-        ),
-    }
-    tables = [
-        pa.table(
-            {"kind": pa.array([kind] * len(block[0])).dictionary_encode()}
-            | {
-                name: pa.nulls(len(block[0]), pa.int32()) if values is None else pa.array(values, pa.int32())
-                for name, values in zip(COLUMNS, block, strict=True)
-            }
-        )
-        for kind, block in blocks.items()
-    ]
-    parquet.write_table(pa.concat_tables(tables, promote_options="permissive"), path, compression="zstd")
-
-
 def read_problem(path: Path) -> Case:
-    """A problem that `write_problem` wrote to matching_KIND_NUMBER.parquet; its family is KIND."""
+    """A problem as rows of one file, matching_KIND_NUMBER.parquet, and KIND as its family: `kind` is unit (null cost,
+    true label), candidate, relation (weight) or compatibility (what it saves); what a kind has no use for is null; the
+    first row's other_label says whether labels may repeat."""
     table = parquet.read_table(path)
     kind = np.array(table["kind"].to_pylist())
     values = np.stack([table[name].fill_null(NONE).to_numpy() for name in COLUMNS], axis=1).astype(np.int64)

@@ -283,17 +283,9 @@ class RangeTree(BoxIndex):
         self._greatest = greatest_so_far(self._boxes[:, 5].copy(), *self._y[-2:])
 
     def _pairs(self, asked: Floats) -> tuple[Ints, Ints]:
-        return self._ask(asked, first_only=False)[:2]
-
-    def existence(self, box: Floats) -> tuple[bool, int]:
-        """Whether any box meets a box (6,), and the steps taken: nodes visited, probes of searches, boxes tested."""
-        numbers, _, steps = self._ask(as_boxes(box), first_only=True)
-        return len(numbers) > 0, steps
-
-    def _ask(self, asked: Floats, first_only: bool) -> tuple[Ints, Ints, int]:
         from relmodel.find.rangetree_kernels import entries_in_boxes
 
-        return entries_in_boxes(self._boxes, self._x, self._y, self._greatest, asked, first_only)
+        return entries_in_boxes(self._boxes, self._x, self._y, self._greatest, asked)
 
 
 _KINDS: dict[str, Callable[[npt.ArrayLike], BoxIndex]] = {

@@ -139,18 +139,8 @@ def greatest_so_far(values: Floats, first: Ints, member: Ints32) -> Floats:
 
 
 @helper
-def _probes(count: int) -> int:
-    """Probes of a binary search among so many."""
-    probes = 1
-    while count > 1:
-        count //= 2
-        probes += 1
-    return probes
-
-
-@helper
-def _nodes(trees: Trees, group: int, least: float, greatest: float, out: Ints) -> tuple[int, int]:
-    """Nodes of a group's trees whose boxes meet [least, greatest] along the axis, into `out`: count and steps."""
+def _nodes(trees: Trees, group: int, least: float, greatest: float, out: Ints) -> int:
+    """Nodes of a group's trees whose boxes meet [least, greatest] along the axis, into `out`: how many."""
     key, base, low, high = trees[0], trees[1], trees[2], trees[3]
     lows, highs = low[key[group] : key[group + 1]], high[key[group] : key[group + 1]]
     m = len(lows)
@@ -158,27 +148,24 @@ def _nodes(trees: Trees, group: int, least: float, greatest: float, out: Ints) -
     left = w + int(np.searchsorted(lows, least, side="right"))
     right = w + int(np.searchsorted(lows, greatest, side="right"))
     count = _cover(left, right, base[group], out, 0)
-    count = _path(s + _slot(lows, highs, least), base[group] + 2 * w, out, count)
-    return count, 4 * _probes(m) + count
+    return _path(s + _slot(lows, highs, least), base[group] + 2 * w, out, count)
 
 
-@kernel(f"Tuple((i8[::1], i8[::1], i8))(f8[:, ::1], {_TREES}, {_TREES}, f8[::1], f8[:, ::1], b1)")
+@kernel(f"Tuple((i8[::1], i8[::1]))(f8[:, ::1], {_TREES}, {_TREES}, f8[::1], f8[:, ::1])")
 def entries_in_boxes(
-    boxes: Floats, x_trees: Trees, y_trees: Trees, greatest: Floats, asked: Floats, first_only: bool
-) -> tuple[Ints, Ints, int]:
-    """Pairs (number of the box asked, box) where boxes meet boxes (k, 6), one at most if `first_only`; and steps."""
+    boxes: Floats, x_trees: Trees, y_trees: Trees, greatest: Floats, asked: Floats
+) -> tuple[Ints, Ints]:
+    """Pairs (number of the box asked, box) where boxes meet boxes (k, 6)."""
     z_first, z_member = y_trees[6], y_trees[7]
     out_asked, out_box = np.empty(FIRST_ROOM, np.int64), np.empty(FIRST_ROOM, np.int64)
     count = 0
-    steps = 0
     x_nodes, y_nodes = np.empty(256, np.int64), np.empty(256, np.int64)
     for number in range(len(asked)):
         a = asked[number]
         x_count = 0
         small_root = x_trees[0][1] == 0
         if not small_root:
-            x_count, taken = _nodes(x_trees, 0, a[0], a[3], x_nodes)
-            steps += taken
+            x_count = _nodes(x_trees, 0, a[0], a[3], x_nodes)
         for i in range(1 if small_root else x_count):
             # The boxes of a node of x are a group of y; without trees over x there is one list of all.
             group = 0 if small_root else x_nodes[i]
@@ -188,23 +175,18 @@ def entries_in_boxes(
             if small:
                 for at in range(first[group], first[group + 1]):
                     box = member[at]
-                    steps += 1
                     if not meets(boxes[box], a):
                         continue
                     if count == len(out_asked):
                         out_asked, out_box = grown(out_asked), grown(out_box)
                     out_asked[count], out_box[count] = number, box
                     count += 1
-                    if first_only:
-                        return out_asked[:count], out_box[:count], steps
                 continue
-            y_count, taken = _nodes(y_trees, group, a[1], a[4], y_nodes)
-            steps += taken
+            y_count = _nodes(y_trees, group, a[1], a[4], y_nodes)
             for j in range(y_count):
                 start, end = z_first[y_nodes[j]], z_first[y_nodes[j] + 1]
                 if start == end:
                     continue
-                steps += _probes(end - start)
                 # How many of the list begin at or below the top.
                 bottom, top = start, end
                 while bottom < top:
@@ -216,12 +198,10 @@ def entries_in_boxes(
                 at = bottom - 1
                 while at >= start and greatest[at] >= a[2]:
                     box = z_member[at]
-                    if first_only or boxes[box, 5] >= a[2]:
+                    if boxes[box, 5] >= a[2]:
                         if count == len(out_asked):
                             out_asked, out_box = grown(out_asked), grown(out_box)
                         out_asked[count], out_box[count] = number, box
                         count += 1
-                        if first_only:
-                            return out_asked[:count], out_box[:count], steps
                     at -= 1
-    return out_asked[:count], out_box[:count], steps
+    return out_asked[:count], out_box[:count]

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from relmodel.find.boxes import bounds_of_runs, pack, page_order
-from relmodel.find.indexes import RangeTree
 
 
 def random_boxes(n: int, seed: int) -> np.ndarray:
@@ -66,19 +65,3 @@ def test_equal_boxes_and_equal_input() -> None:
     assert np.array_equal(pack(boxes, page_size=10), np.arange(100) // 10)
     boxes = random_boxes(500, 3)
     assert np.array_equal(pack(boxes), pack(boxes.copy()))
-
-
-def test_steps_to_whether_anything_is_there_grow_with_the_cube_of_the_logarithm() -> None:
-    """Of plates one behind the other, asked beyond all of them in z, where no early answer ends the search."""
-    for count in (1000, 10_000):
-        rng = np.random.default_rng(count)
-        half = np.column_stack([rng.uniform(900, 1100, (count, 2)), np.full(count, 0.2)])
-        centre = np.outer(np.arange(count), [0, 0, 1])
-        boxes = np.hstack([centre - half, centre + half])
-        tree, asked = RangeTree(boxes), np.full((200, 6), count + 1.0)
-        for axis in (0, 1):
-            asked[:, [axis, axis + 3]] = np.sort(rng.choice(boxes[:, [axis, axis + 3]].ravel(), (200, 2)), axis=1)
-        assert max(tree.existence(volume)[1] for volume in asked) < 0.8 * np.log2(count) ** 3
-        for volume in np.concatenate([asked, asked - [0, 0, 2, 0, 0, 2]]):
-            there = (boxes[:, :3] <= volume[3:]) & (boxes[:, 3:] >= volume[:3])
-            assert tree.existence(volume)[0] == there.all(axis=1).any()
