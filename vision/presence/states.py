@@ -225,10 +225,11 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     edge, distinct = evidence.edge_px.sum(axis=1), evidence.distinct_px.sum(axis=1)
     share = evidence.supported_px.sum(axis=1) / np.maximum(distinct, 1e-9)
     changed, resized, doubtful = np.zeros((3, len(items)), bool)
-    off = np.abs(measures.value - measures.nominal) > p.doubtful_sigma * measures.sigma
-    round_ = np.array(measures.what) == "diameter"
-    off |= round_ & (2 * measures.sigma > p.least_known * measures.nominal)
-    doubtful[measures.item[off & (round_ | (np.array(measures.what) == "thickness"))]] = True
+    off, what = np.abs(measures.value - measures.nominal), np.array(measures.what)
+    beyond = np.isin(what, ("diameter", "thickness")) & (off > p.doubtful_sigma * measures.sigma)
+    beyond |= (what == "diameter") & (2 * measures.sigma > p.least_known * measures.nominal)
+    beyond |= (what == "offset") & (off > np.maximum(p.changed_sigma * measures.sigma, p.changed_mm))
+    doubtful[measures.item[beyond]] = True
     changed[measures.item[measures.changed]] = True
     resized[measures.item[measures.changed & ~np.isin(measures.what, ("offset", *DISPLACED))]] = True
 

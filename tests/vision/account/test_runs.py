@@ -71,7 +71,6 @@ def test_an_edge_that_wavers_stays_whole_and_runs_stay_apart() -> None:
 
 
 def runs_of(camera: Ints, arc: Ints, surface: Ints, in_light: Floats, px: Floats) -> EdgeRuns:
-    """Runs of which nothing else is asked."""
     columns = dict.fromkeys(("visible_px", "found", "chance", "shows", "expected"), px)
     return EdgeRuns(
         camera=camera, view_run=arc, kind=arc, arc=arc, surface=surface, weight_px=px, log_odds=in_light[:, 0],
@@ -80,9 +79,8 @@ def runs_of(camera: Ints, arc: Ints, surface: Ints, in_light: Floats, px: Floats
 
 
 def test_a_missing_edge_is_not_paid_for_by_others() -> None:
-    """By loops over the shares of edges that may be missing and over lights; of two pieces of an edge in a picture both
-    are there, or neither, but for arcs that have nothing on one side; one that a picture shows is not gone from
-    another."""
+    """By loops over the shares of edges that may be missing and over lights; pieces between two surfaces are there, or
+    gone, together; an edge that one picture shows is not gone from another."""
     rng = np.random.default_rng(5)
     camera, arc = np.array([0, 0, 0, 1, 1, 1, 1]), np.array([0, 1, 2, 3, 4, 5, 4])
     surface = np.array([[1, 2], [2, 1], [1, 3], [1, 2], [4, -1], [4, -1], [-1, 4]])

@@ -106,7 +106,5 @@ def test_a_model_is_as_bright_as_the_pixels_that_show_it(share: float) -> None:
     camera = Camera(400, 300, np.array([[500.0, 0, 199.5], [0, 500.0, 149.5], [0, 0, 1]]))
     grey = np.full((300, 400), 255.0)
     grey[70:230, 100 + round(200 * share) : 300] = 90.0
-    down = np.diag([1.0, -1.0, -1.0, 1.0])
-    down[2, 3] = 500.0
-    shown = map_surfaces(scene, camera, down)
+    shown = map_surfaces(scene, camera, np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 500], [0, 0, 0, 1]]))
     assert measure_brightness(grey, shown) == pytest.approx(share, abs=0.03)

@@ -217,6 +217,13 @@ def test_a_diameter_has_changed_where_the_rims_are_found_displaced_or_the_bore_w
     assert said(found)["hole"] == (state, why)
 
 
+@pytest.mark.parametrize(("mm", "sigma", "doubted"), [(0.85, 0.2, 1), (-0.85, 0.2, 1), (0.85, 0.22, 0), (0.79, 0.1, 0)])
+def test_a_face_that_is_off_with_its_edges_in_place_is_in_doubt(mm: float, sigma: float, doubted: int) -> None:
+    it, face = signs(((0, 1), 60, 60, 0.9, 5.0, 6)), np.arange(SURFACES) == 0
+    faces = replace(it.surfaces, mm=np.where(face, mm, np.nan), sigma=np.where(face, sigma, np.nan))
+    assert said(decided(replace(it, surfaces=faces)))["face"][0] == ("confirmed", "not_confirmed")[doubted]
+
+
 def moved(it: Signs, log_odds: float = 8.0) -> Signs:
     """Faces 0 and 3 are found 1.5 mm outward, surely."""
     at = np.isin(np.arange(SURFACES), [0, 3])
