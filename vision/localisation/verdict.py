@@ -449,7 +449,9 @@ def compare_standpoints(rig: Rig, best: RefinedPose) -> dict[str, SolvedStandpoi
         left = best.left[6:, 6:][columns, columns]
         value, axes = np.linalg.eigh(left)
         share = np.clip(1 - value, 0.0, 1.0)
-        shown = share**2 + BEYOND**2 * share * (1 - share)
+        # What the other standpoints leave open errs as stated; what pictures leave open, `BEYOND` times as much.
+        by_pictures = np.clip(value - 1 / len(unknowns.standpoints), 0.0, 1.0)
+        shown = share * (1 + (BEYOND**2 - 1) * by_pictures)
         told = share > LEAST_TOLD
         square = float(((axes.T @ off)[told] ** 2 / shown[told]).sum())
         sigmas = -float(ndtri(max(float(chdtrc(max(told.sum(), 1), square)), 1e-300) / 2))

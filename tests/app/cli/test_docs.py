@@ -315,7 +315,7 @@ def test_python_page_runs(inspected_before: list[Any], both_variants: str, capsy
     assert said["answer"].verdict == "accepted"
     picture = Image.open(io.BytesIO(said["answer"]._repr_png_()))
     assert (picture.format, picture.width) == ("PNG", 1288)  # two of 640 pixels, and a gap
-    assert "pose usable; part as modelled" in said["answer"]._repr_html_()
+    assert f"<p>{said['answer'].outcome.words} (run " in said["answer"]._repr_html_()
 
 
 @pytest.mark.usefixtures("inspected_before")
