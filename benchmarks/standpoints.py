@@ -45,7 +45,6 @@ PRIOR = np.repeat([8.0, np.radians(1.5)], 3)  # of the object
 LENS = CalibrationSigma(0.0005, 0.3)
 NEEDS, CUBE_NEEDS = (1.0, 0.2), (3.0, 0.5)  # mm, degrees
 MOVED = 6.0  # sigma
-DECIDED, DISTINCT_PX = ("confirmed", "changed", "contradicted"), 20.0  # of an item's edges, that nothing else hides
 CHI_SQUARE = 12.59  # that 95 % of six normal numbers' squares add up to at most
 LIMITS = {  # least and most
     "sets of four accepted and right, %": (90, 100),
@@ -179,14 +178,9 @@ def measure(part: Part, sets: int, seed: int, told: dict[str, list[float]]) -> N
             print(words + answer.reason, flush=True)
             if is_cube:
                 continue
-            if part.name == "bulkhead" and answer.presence:
-                items = [it for it in answer.presence["items"] if it["level"] != "surface"]
-                for figure, least in (
-                    ("bulkhead: of the items in view decided, %", 0.0),
-                    ("of those that show", DISTINCT_PX),
-                ):
-                    decided = [it["state"] in DECIDED for it in items if it["distinct_px"] >= least]
-                    told[figure].append(100.0 * np.mean(decided))
+            if part.name == "bulkhead" and answer.outcome.in_view:
+                decided = 100.0 * (answer.outcome.checked or 0) / answer.outcome.in_view
+                told["bulkhead: of the items in view decided, %"].append(decided)
             for name in names:
                 if name not in alone:
                     picture = {"cam": part.pictures[name]}
@@ -248,9 +242,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             [name, round(value, 3), f"{least} to {most}", len(found), "" if least <= value <= most else "beyond"]
         )
     print(tabulate(rows, ["figure", "found", "limits", "of", ""]))
-    print(
-        f"bulkhead, of items with {DISTINCT_PX:g} px of edges: {np.mean(figures['of those that show']):.1f} % decided"
-    )
     print(f"errors in the median: {medians[0]:.2f} mm, of the best picture {medians[1]:.2f} mm")
     return int(failed)
 

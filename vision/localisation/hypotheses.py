@@ -435,7 +435,7 @@ def _in_threads(count: int, work: Callable[[slice], None]) -> None:
 def _scan(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tuple[Floats, Floats]:
     from vision.localisation import kernels
 
-    factor = np.linalg.cholesky(prior.covariance)
+    factor = np.asarray(np.linalg.cholesky(prior.covariance), float)
     _, jacobian = project_with_jacobians(prediction)
     views = [jacobian[prediction.view == c] for c in range(len(fields))]
     # What the prior leaves besides shifts of whole pictures has to be covered by the sequence.
