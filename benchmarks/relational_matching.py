@@ -42,9 +42,8 @@ class Case(NamedTuple):
 
 
 def read_problem(path: Path) -> Case:
-    """A problem as rows of one file, matching_KIND_NUMBER.parquet, and KIND as its family: `kind` is unit (null cost,
-    true label), candidate, relation (weight) or compatibility (what it saves); what a kind has no use for is null; the
-    first row's other_label says whether labels may repeat."""
+    """A problem and its family by matching_KIND_NUMBER.parquet: rows by `kind`, unit (null cost, true label), candidate,
+    relation (weight), compatibility (what it saves); the first row's other_label says whether labels may repeat."""
     table = parquet.read_table(path)
     kind = np.array(table["kind"].to_pylist())
     values = np.stack([table[name].fill_null(NONE).to_numpy() for name in COLUMNS], axis=1).astype(np.int64)

@@ -369,7 +369,9 @@ def carry_out(
             ignored |= blind
             seen = seen.only(name for name in seen.rig.cameras if name not in blind)
         stereo, (location, considered, variants) = locate()
-        quality = in_light_of_model(taken, seen, location.target.stored.scene, location.found, p.pictures)
+        quality, found = taken, location.found
+        if found.verdict.weighed.get("likely", 0.0) >= p.localisation.verdict.min_posterior:
+            quality = in_light_of_model(taken, seen, location.target.stored.scene, found, p.pictures)
         faults = [it for it in find_faults(quality, run.id, p.pictures) if it.camera in seen.pictures]
         blind = name_grave(faults) | (dict(location.found.verdict.blind) if p.ignore_blind_camera else {})
         is_located = not (leaves_out and 0 < len(blind) < len(seen.pictures))

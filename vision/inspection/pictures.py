@@ -176,10 +176,11 @@ def _find_stale(run: int, store: Database, rig: Rig, pictures: Mapping[str, Pict
 def in_light_of_model(
     quality: Mapping[str, Quality], seen: Observation, scene: Scene, found: Localisation, p: PictureParameters
 ) -> dict[str, Quality]:
-    """What pictures are like, how bright those are that are too bright altogether by what shows of the model, where
-    that was found: a white table behind it is no matter."""
-    bright = [name for name in seen.pictures if found.best is not None and quality[name].saturated > p.most_saturated]
-    rig, pose = found.rig, found.best.world_from_rig if found.best else np.eye(4)
+    """What pictures are like, those that are too bright altogether by what shows of the model that was found: a white
+    table behind it is no matter."""
+    assert found.best is not None
+    bright = [name for name in seen.pictures if quality[name].saturated > p.most_saturated]
+    rig, pose = found.rig, found.best.world_from_rig
     shown = {it: map_surfaces(scene, rig.cameras[it], pose @ rig.rig_from_camera[it]) for it in bright}
     saturated = {it: measure_brightness(seen.greys[it], surfaces) for it, surfaces in shown.items()}
     return {name: replace(it, saturated=saturated.get(name, it.saturated)) for name, it in quality.items()}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 
@@ -389,19 +388,19 @@ _OTHERWISE = {
 
 
 # In the order of UNKNOWNS, by how much fillets, chamfers and shadows of a part look like another calibration; and the
-# same of a picture that no other contradicts: of parts with right files its principal point seemed 3 to 9 px off.
+# same of pictures taken alone: of parts with right files their principal point seemed 3 to 9 px off.
 OF_PARTS = np.array([0.0, 0.3, 0.3, 0.0015, *[0.15] * 3, *[4e-4] * 3, 0.01])
 OF_PARTS_ALONE = np.array([0.0, 3.0, 3.0, *OF_PARTS[3:]])
 
 
 def compute_shown(rig: Rig, left: Floats) -> Floats:
     """Standard deviations (c, 11) of what pictures show of the cameras' unknowns, of which they leave open (c, 11): of
-    what they show as if it errs `BEYOND` times as much as its scatter says, and by `OF_PARTS` (of a picture alone
-    `OF_PARTS_ALONE`) besides; at least `LEAST_SHOWN` of the stated."""
+    what they show as if it errs `BEYOND` times as much as its scatter says, and by `OF_PARTS` (of pictures taken
+    alone `OF_PARTS_ALONE`) besides; at least `LEAST_SHOWN` of the stated."""
     sigma = describe_unknowns(rig).sigma
     share = np.clip(1 - (left / np.maximum(sigma, 1e-12)) ** 2, 0.0, 1.0)
-    together = max(Counter(map(rig.standpoint_of, rig.cameras)).values(), default=0)
-    of_parts = OF_PARTS if together > 1 else OF_PARTS_ALONE
+    is_alone = len(rig.cameras) == len(set(map(rig.standpoint_of, rig.cameras)))
+    of_parts = OF_PARTS_ALONE if is_alone else OF_PARTS
     shown = np.sqrt(share**2 * (sigma**2 + of_parts**2) + BEYOND**2 * share * (1 - share) * sigma**2)
     return np.asarray(np.maximum(shown, LEAST_SHOWN * sigma))
 

@@ -240,7 +240,8 @@ def test_a_browser_shows_it_without_complaint_or_request_and_toggles_layers(
     assert not shown.complaints
     assert [url for url in shown.requests if not url.startswith("data:")] == [shown.run("location.href")]
     assert shown.run("[...document.querySelectorAll('svg.picture image')].length") == 2
-    assert shown.run("document.querySelector('.verdict .word').textContent").startswith("Part ")
+    word, verdict = shown.run("document.querySelector('.verdict .word').textContent"), inspection.answer["outcome"]
+    assert word.startswith(f"Part {verdict['part_verdict']}; pose usable")
     assert inspection.answer["reason"] in shown.run("document.body.innerText")
 
     def seen(selector: str) -> int:

@@ -71,11 +71,7 @@ def test_an_edge_that_wavers_stays_whole_and_runs_stay_apart() -> None:
 
 
 def runs_of(camera: Ints, arc: Ints, surface: Ints, in_light: Floats, px: Floats) -> EdgeRuns:
-    columns = dict.fromkeys(("visible_px", "found", "chance", "shows", "expected"), px)
-    return EdgeRuns(
-        camera=camera, view_run=arc, kind=arc, arc=arc, surface=surface, weight_px=px, log_odds=in_light[:, 0],
-        in_light=in_light, **columns,
-    )  # fmt: skip
+    return EdgeRuns(camera, arc, arc, arc, surface, px, px, px, px, px, in_light[:, 0], px, in_light)
 
 
 def test_a_missing_edge_is_not_paid_for_by_others() -> None:

@@ -11,7 +11,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from tests.vision.localisation.scenes import box_scene
-from vision.cameras.cameras import Camera
+from vision.cameras.cameras import Camera, Rig
 from vision.extraction.rows import Primitives
 from vision.inspection.pictures import (
     Fault,
@@ -20,13 +20,15 @@ from vision.inspection.pictures import (
     describe,
     doubt_pictures,
     find_faults,
+    in_light_of_model,
     measure_blur,
-    measure_brightness,
     measure_mosaic,
 )
+from vision.localisation.localise import Localisation
 from vision.localisation.verdict import Verdict
-from vision.localisation.visibility import map_surfaces
+from vision.localisation.views import Observation
 
+LIMITS = PictureParameters()
 FINE = Quality(edges=20.0, blur_px=0.8, saturated=0.01, mosaic=0.0, stale_run=None)
 
 
@@ -50,7 +52,7 @@ FINE = Quality(edges=20.0, blur_px=0.8, saturated=0.01, mosaic=0.0, stale_run=No
     ],
 )
 def test_pictures_are_doubted_from_their_limits_on(quality: Quality, words: str | None, refuses: bool) -> None:
-    found = find_faults({"left": quality, "right": FINE}, 9, PictureParameters())
+    found = find_faults({"left": quality, "right": FINE}, 9, LIMITS)
     if words is None:
         assert found == []
     else:
@@ -58,7 +60,7 @@ def test_pictures_are_doubted_from_their_limits_on(quality: Quality, words: str 
         assert fault.camera == "left"
         assert fault.words.startswith(words)
         assert fault.refuses == refuses
-    among = find_faults({"a": replace(FINE, stale_run=9), "b": FINE, "c": FINE}, 9, PictureParameters())
+    among = find_faults({"a": replace(FINE, stale_run=9), "b": FINE, "c": FINE}, 9, LIMITS)
     assert "the picture that another camera was given" in among[0].words
 
 
@@ -106,5 +108,9 @@ def test_a_model_is_as_bright_as_the_pixels_that_show_it(share: float) -> None:
     camera = Camera(400, 300, np.array([[500.0, 0, 199.5], [0, 500.0, 149.5], [0, 0, 1]]))
     grey = np.full((300, 400), 255.0)
     grey[70:230, 100 + round(200 * share) : 300] = 90.0
-    shown = map_surfaces(scene, camera, np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 500], [0, 0, 0, 1]]))
-    assert measure_brightness(grey, shown) == pytest.approx(share, abs=0.03)
+    down = np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 500], [0, 0, 0, 1]])
+    rig, seen = Rig({"a": camera}, {"a": np.eye(4)}), SimpleNamespace(pictures=["a"], greys={"a": grey})
+    found = cast(Localisation, SimpleNamespace(rig=rig, best=SimpleNamespace(world_from_rig=down)))
+    for whole, now in ((0.51, pytest.approx(share, abs=0.03)), (0.5, 0.5)):
+        taken = {"a": replace(FINE, saturated=whole)}
+        assert in_light_of_model(taken, cast(Observation, seen), scene, found, LIMITS)["a"].saturated == now
