@@ -42,7 +42,7 @@ class Case(NamedTuple):
 
 
 def read_problem(path: Path) -> Case:
-    """A problem and its family by matching_KIND_NUMBER.parquet: rows by `kind`, unit (null cost, true label), candidate,
+    """A problem and its family, matching_KIND_NUMBER.parquet: rows by `kind`, unit (null cost, true label), candidate,
     relation (weight), compatibility (what it saves); the first row's other_label says whether labels may repeat."""
     table = parquet.read_table(path)
     kind = np.array(table["kind"].to_pylist())
