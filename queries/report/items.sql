@@ -25,7 +25,7 @@ SELECT p.in_view_no, p.level, p.path, p.occurrence_id, p.feature_no, p.visible_p
     p.visible_pixels / p.covered_pixels AS visible, coalesce(c.arcs, 0) AS arcs, coalesce(c.found, 0) AS found, c.cameras, c.arc_nos,
     (SELECT array_agg(f.surface_no ORDER BY f.surface_no) FROM feature_surface AS f JOIN placed_node AS o ON o.shape_id = f.shape_id
         WHERE o.id = p.occurrence_id AND f.feature_no = p.feature_no) AS surfaces,
-    s.state, CASE WHEN s.reason <> 'a feature of it is not as modelled' THEN s.state WHEN s.log_odds > 0 THEN 'confirmed'
+    s.state, CASE WHEN s.reason NOT LIKE 'a feature of it is %' THEN s.state WHEN s.log_odds > 0 THEN 'confirmed'
         WHEN s.log_odds <= 0 THEN 'undecidable' END AS drawn,
     s.reason, greatest(-s.log_odds, coalesce(s.moved_log_odds, 0)) AS evidence, s.item_no
 FROM part_in_view AS p

@@ -131,10 +131,11 @@ REASONS = (
     "what it covers shows in its place",
     "an edge of it that should show does not",
     "a size of it may differ from the model's",
+    "a feature of it is in doubt",
 )
 (
     FOUND, MISSING, SHIFTED, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, STOPPED, NONE, BY_CHANCE,
-    OF_FEATURE, UNCOVERED, ABSENT, DOUBTFUL,
+    OF_FEATURE, UNCOVERED, ABSENT, DOUBTFUL, OF_DOUBT,
 ) = range(len(REASONS))  # fmt: skip
 
 
@@ -260,10 +261,14 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     stopped = np.zeros(len(items), bool)
     stopped[appearance.item[appearance.stopped]] = True
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
-    # No part passes with a feature that fails.
-    failing = (np.array(items.level) == "feature") & np.isin(state, (CHANGED, CONTRADICTED))
-    with_failing = (np.array(items.level) == "part") & np.isin(items.occurrence, items.occurrence[failing])
-    settle(with_failing & ~np.isin(state, (CHANGED, CONTRADICTED)), CHANGED, OF_FEATURE)
+    # No part passes with a feature that fails or is in doubt.
+    feature, fails = np.array([level == "feature" for level in items.level], bool), (CHANGED, CONTRADICTED)
+
+    def with_feature(states: tuple[int, ...]) -> Bools:
+        return part & np.isin(items.occurrence, items.occurrence[feature & np.isin(state, states)])
+
+    settle(with_feature((NOT_CONFIRMED,)) & (state == CONFIRMED), NOT_CONFIRMED, OF_DOUBT)
+    settle(with_feature(fails) & ~np.isin(state, fails), CHANGED, OF_FEATURE)
     # No size of an undecidable item counts as changed.
     measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
     measures = Measures.stack([measures, signs.distances])

@@ -213,8 +213,10 @@ def test_a_diameter_has_changed_where_the_rims_are_found_displaced_or_the_bore_w
         shift=np.where(wall[:, None], 0.0, np.nan), shift_sigma=np.where(wall, sigma, np.nan),
         log_odds=np.where(wall, log_odds, 0.0),
     )  # fmt: skip
-    found = decide(items(), np.where(wall, 5.0, np.nan), replace(it, surfaces=faces), ["0"], P.states)
-    assert said(found)["hole"] == (state, why)
+    told = said(decide(items(), np.where(wall, 5.0, np.nan), replace(it, surfaces=faces), ["0"], P.states))
+    assert told["hole"] == (state, why)
+    of_part = {"changed": "a feature of it is not as modelled", "not_confirmed": "a feature of it is in doubt"}
+    assert told["part"] == (state, of_part.get(state, why))
 
 
 @pytest.mark.parametrize(("mm", "sigma", "doubted"), [(0.85, 0.2, 1), (-0.85, 0.2, 1), (0.85, 0.22, 0), (0.79, 0.1, 0)])
