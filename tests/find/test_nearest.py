@@ -101,6 +101,8 @@ def test_nearest_parts(cubes: str, capsys: pytest.CaptureFixture[str]) -> None:
         for path, count in bad:
             with pytest.raises(UsageError, match="nearest needs"):
                 nearest_parts(store, path, count)
+        with pytest.raises(UsageError, match="nearest needs"):
+            nearest_parts(store, [0.0, 0, 0], tool=[])
     command = ["find", "--store", cubes, "--format", "json", "--count", "1", "--near-to", "20", "0", "0"]
     assert main(command) == 0
     (row,) = json.loads(capsys.readouterr().out)

@@ -97,19 +97,24 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(
     assert missed_without > 0 or lens == "cushion"  # which shows less than a pinhole would
 
 
-def test_the_box_about_a_view_is_that_of_its_corners(duckdb_file: Path) -> None:
+def test_the_box_and_the_faces_of_a_view_are_those_of_its_corners(duckdb_file: Path) -> None:
     """Of a camera with more skew than any has, so that leaving it out is told."""
     skewed, poses = np.array([[420.0, 90.0, 310], [0, 425, 150], [0, 0, 1]]), looking_around(3, 4)
     with Store.open(duckdb_file) as store, Run.begin(store, "inspect", {}) as run, run.write() as connection:
         record_rig(run, connection, Rig({"only": Camera(640, 480, skewed)}, {"only": np.eye(4)}))
         camera_id = int(connection.execute(store.table("camera").select()).one().id)
-    ask = f"SELECT x0, y0, z0, x1, y1, z1 FROM aimed_view({camera_id}, {', '.join(14 * ['{}::DOUBLE'])})"  # noqa: S608
+    ask = f"SELECT x0, y0, z0, x1, y1, z1, half_spaces FROM aimed_view({camera_id}, {', '.join(14 * ['{}::DOUBLE'])})"  # noqa: S608
     answers = rows_of(str(duckdb_file), [ask.format(*pose[:3].ravel().tolist(), NEAR, FAR) for pose in poses])
     pixels = np.stack(np.meshgrid([-0.5, 639.5], [-0.5, 479.5], 1.0), axis=-1).reshape(-1, 3)
     corners = np.concatenate([depth * pixels @ np.linalg.inv(skewed).T for depth in (NEAR, FAR)])
-    for pose, (box,) in zip(poses, answers, strict=True):
+    for pose, ((*box, half_spaces),) in zip(poses, answers, strict=True):
         world = corners @ pose[:3, :3].T + pose[:3, 3]
         np.testing.assert_allclose(box, [*world.min(axis=0), *world.max(axis=0)], atol=1e-6)
+        normal, offset = np.split(np.reshape(half_spaces, (6, 4)), [3], axis=1)
+        beneath = (offset - normal @ world.T) / np.linalg.norm(normal, axis=1)[:, None]
+        assert (beneath > -1e-6).all()
+        assert (np.sort(beneath < 1e-6, axis=1) == [False] * 4 + [True] * 4).all()
+        assert len(np.unique(beneath < 1e-6, axis=0)) == 6
 
 
 def test_superfluous_parts_are_counted_against_sampled_views(duckdb_file: Path, tmp_path: Path) -> None:

@@ -158,6 +158,7 @@ def test_views_are_matched_with_their_pictures(done: Done) -> None:
         " JOIN view_arc AS a USING (run_id, view_no, view_arc_no) WHERE c.accepted",
     )
     assert len(accepted) > 60
+    assert rows(store, "SELECT DISTINCT hypothesis_no FROM correspondence") == [(0,)]
     assert all(residual <= gate and angle <= widest for _, _, residual, gate, angle, widest in accepted)
     refused = rows(store, "SELECT count(*) FROM correspondence WHERE NOT accepted AND reason IS NULL")
     assert refused == [(0,)]

@@ -13,7 +13,7 @@ from relmodel.arrays import Floats
 from tests.vision.stereo.flat_pairs import CENTRE, packed, parallel_rig, place, random_pair
 from tests.vision.stereo.scenes import pixels, segment, toed_in_rig
 from vision.cameras.cameras import Rig
-from vision.extraction.arcs import ELLIPTIC, LINE
+from vision.extraction.arcs import ELLIPTIC, FREE, LINE
 from vision.stereo.epipolar import StereoArcs, cross_rows, pair_crossings, rectify
 from vision.stereo.stereo_parameters import DEFAULTS
 from vision.stereo.triangulate import CURVES, Conics, DisparityPlanes, SpaceArcs, fit_conics, triangulate_pairs
@@ -48,12 +48,14 @@ def draw(
 
 
 def triangulate(
-    curves: list[Floats], kind: int, noise: float = 0.0, light: float = 0.0, common: float = 0.0
+    curves: list[Floats], *kinds: int, noise: float = 0.0, light: float = 0.0, common: float = 0.0
 ) -> SpaceArcs:
+    """What both pictures show of curves; kinds: as arcs of both, or of either."""
     rng = np.random.default_rng(5)
     shift = rng.normal(0, light, (2, len(curves))) + rng.normal(0, common, len(curves))
     left, right = (
-        draw(RIG, name, curves, kind, noise or 1e-4, s, rng) for name, s in zip(RIG.cameras, shift, strict=True)
+        draw(RIG, name, curves, kind, noise or 1e-4, s, rng)
+        for name, kind, s in zip(RIG.cameras, (kinds[0], kinds[-1]), shift, strict=True)
     )
     both = np.arange(len(curves))
     return triangulate_pairs(rectify(RIG), left, right, (both, both))
@@ -80,6 +82,11 @@ def test_lines_lie_where_they_were_drawn() -> None:
         np.testing.assert_allclose(found.start[k], line[0], atol=2.5)  # cut to whole rows
         np.testing.assert_allclose(found.end[k], line[-1], atol=2.5)
     assert np.isnan(found.conics.centre).all()
+
+
+@pytest.mark.parametrize("kinds", [(LINE, ELLIPTIC), (ELLIPTIC, FREE)])
+def test_what_the_pictures_show_otherwise_is_of_no_kind(kinds: tuple[int, int]) -> None:
+    assert CURVES[triangulate([ellipse([20, -30, 640], [60, 10, 5], [-5, 30, 0])], *kinds).curve[0]] == "free"
 
 
 def test_a_level_line_is_as_unsure_as_its_ends() -> None:
@@ -136,7 +143,7 @@ def test_the_covariance_holds_the_truth(kind: str) -> None:
             circles.append((middle, np.cross(tilted, [0, 1.0, 0]), radius))
             curves.append(ellipse(middle, radius * tilted, [0, radius, 0], np.pi))
     light = float(np.hypot(p.light_sigma, p.local_sigma) / np.sqrt(2))
-    found = triangulate(curves, LINE if kind == "lines" else ELLIPTIC, 0.15, light, p.common_sigma)
+    found = triangulate(curves, LINE if kind == "lines" else ELLIPTIC, noise=0.15, light=light, common=p.common_sigma)
     held = []
     for k, curve in enumerate(curves):
         for end, block in ((found.start[k], slice(0, 3)), (found.end[k], slice(3, 6))):
