@@ -353,18 +353,25 @@ def decide(
         elsewhere.together,
         compute_precision(best.covariance, best.middle),
         int(best.excluded.sum()),
-        max(filter(None, misfits), key=lambda it: it.sigmas, default=None),
+        max(filter(None, misfits), key=lambda it: it.sigmas / it.limit(len(by_camera), p), default=None),
     )
     return judge(HypothesisTable.of(hypotheses), standing, evidence, needs, p)
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """By how many standard deviations the pictures show something of a camera otherwise than the rig's file has it, and
-    that in words."""
+    """By how many standard deviations the pictures show something of a camera, or where it stood, otherwise than the
+    files have it, and that in words."""
 
     sigmas: float
     words: str
+    of_standpoint: bool = False
+
+    def limit(self, cameras: int, p: VerdictParameters) -> float:
+        """The standard deviations that are allowed."""
+        if self.of_standpoint:
+            return p.max_standpoint_sigma
+        return p.max_calibration_sigma if cameras > 1 else p.max_calibration_sigma_alone
 
 
 LEAST_SHOWN = 0.1  # of a sigma: pictures that show less of an unknown say nothing of it
@@ -458,7 +465,7 @@ def compare_standpoints(rig: Rig, best: RefinedPose) -> dict[str, SolvedStandpoi
         mm, degrees = float(np.linalg.norm(moved[:3])), float(np.degrees(np.linalg.norm(moved[3:])))
         words = f"standpoint {name} is {mm:.2g} mm and {degrees:.2g} degrees from where it is stated to be, as the "
         words += f"others have it, {sigmas:.0f} sigma: state it anew, or leave it out"
-        out[name] = SolvedStandpoint(moved, root @ left @ root.T, Misfit(sigmas, words))
+        out[name] = SolvedStandpoint(moved, root @ left @ root.T, Misfit(sigmas, words, True))
     return out
 
 
@@ -546,8 +553,7 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
     if not stats.apart <= p.max_apart_sigma:
         missing.append(f"the cameras disagree by {stats.apart:.0f} sigma: check the rig's calibration")
     rig = None
-    calibration_limit = p.max_calibration_sigma if by_camera else p.max_calibration_sigma_alone
-    if it.misfit is not None and it.misfit.sigmas > calibration_limit:
+    if it.misfit is not None and it.misfit.sigmas > it.misfit.limit(len(by_camera), p):
         missing.append(it.misfit.words)
         rig = it.misfit.words if likely >= p.min_posterior else None  # where nothing fits, the cameras do not either
     if not (2 * sigma_mm <= needs.translation_mm and 2 * sigma_rad <= needs.rotation):
@@ -579,7 +585,7 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
         "excluded": float(it.excluded),
     }
     if it.misfit is not None:
-        weighed |= {"calibration": it.misfit.sigmas, "calibration_limit": calibration_limit}
+        weighed |= {"calibration": it.misfit.sigmas, "calibration_limit": it.misfit.limit(len(by_camera), p)}
     for name, camera in support.items():
         weighed[f"agreement {name}"] = camera.agreement
         weighed[f"chance_level {name}"] = camera.chance.level

@@ -266,16 +266,17 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
 
 
 @pytest.mark.parametrize(
-    ("cameras", "sigmas", "verdict"),
-    [(2, 3.4, "accepted"), (2, 3.6, "refused"), (0, 2.2, "accepted"), (0, 2.4, "refused")],
-)
-def test_a_calibration_that_does_not_hold_refuses_the_pose_sooner_of_one_picture(
-    cameras: int, sigmas: float, verdict: str
+    ("cameras", "of", "sigmas", "verdict"),
+    [(2, "", 3.4, "accepted"), (2, "", 3.6, "refused"), (0, "", 2.2, "accepted"), (0, "", 2.4, "refused"),
+     (4, "standpoint", 2.9, "accepted"), (4, "standpoint", 3.1, "refused")],
+)  # fmt: skip
+def test_a_calibration_that_does_not_hold_refuses_the_pose_sooner_of_one_picture_or_a_standpoint(
+    cameras: int, of: str, sigmas: float, verdict: str
 ) -> None:
     one = np.ones(1)
     gathered = HypothesisTable(one, 2000 * one, 1e3 * one, 1e3 * one, 105 * one, one, 0 * one, one < 0, np.nan * one)
     support = {str(k): CameraSupport(1000.0, 1000.0, 1000.0, 0.9, LITTLE) for k in range(cameras)}
-    misfit = Misfit(sigmas, "so and so")
+    misfit = Misfit(sigmas, "so and so", of == "standpoint")
     evidence = PoseEvidence(0.9, cameras * [1000.0], support, LITTLE, (0.01, 1e-5, "x"), 0, misfit)
     found = judge(gathered, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
     assert (found.verdict, found.missing) == (verdict, [] if verdict == "accepted" else ["so and so"])
