@@ -46,7 +46,7 @@ def written(store: Store) -> tuple[dict[str, int], list[int]]:
 
 def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
     """A revision writes a row for each object that comes or moves; what stays or comes back is the same occurrence."""
-    model = SyntheticModel(8)
+    model = SyntheticModel(8, elements=8)
     others = {f"other {i}": at(0, 5000.0 * i) for i in range(1, 7)}
     states: list[Places] = [
         {"a": np.eye(4), "b": at(300, 0)},

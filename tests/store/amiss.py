@@ -1,4 +1,4 @@
-"""What is amiss in a store without a model: the check without the queries of models, which take the most of its time."""
+"""What is amiss in a store without a model: the check without the queries of models, which take most of its time."""
 
 from __future__ import annotations
 
