@@ -31,7 +31,7 @@ from tests.parts.step_parts import bracket_with_sheet_and_line, compound, loaded
 from tests.reading import load, read_here, shared, store_model
 from vision.scene import read_scene
 
-PMI_FILES = ("nist_ctc_01_asme1_ap242.stp", "nist_ftc_08_asme1_ap242-e1-tg.stp")
+PMI_FILES = ("nist_ctc_01_asme1_ap242.stp", "nist_ctc_02_asme1_ap242.stp")
 
 
 @cache
