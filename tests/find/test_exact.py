@@ -156,12 +156,17 @@ def test_in_the_hole(plate: Store) -> None:
     assert counts(plate, thin, "exact")["part"] == 0
 
 
+one_engine = pytest.mark.parametrize("plate", ["duckdb"], indirect=True)  # for what the rows read do not decide
+
+
+@one_engine
 def test_in_the_material(plate: Store) -> None:
     """A box wholly inside the material meets the part, but no surface and no arc."""
     for volume in (Box(*at(19, 11, 9), *at(21, 9, 11)), Sphere(*at(20, 10, 10), 2)):
         assert counts(plate, volume, "exact") == {"part": 1, "feature": 0, "surface": 0, "arc": 0}
 
 
+@one_engine
 def test_at_corner_and_faces(plate: Store) -> None:
     corner = Box(*at(-1, 1, -1), *at(1, -1, 1))
     assert counts(plate, corner, "exact") == {"part": 1, "feature": 1, "surface": 3, "arc": 3}  # the body
@@ -174,6 +179,7 @@ def test_at_corner_and_faces(plate: Store) -> None:
     assert counts(plate, rim, "exact")["arc"] >= 1
 
 
+@one_engine
 def test_never_more_than_by_box_and_never_less_than_samples(plate: Store) -> None:
     """Points sampled on the plate: whatever holds one meets the part; what is 0.1 mm and more off it does not."""
     rng = np.random.default_rng(5)
@@ -196,6 +202,7 @@ def test_never_more_than_by_box_and_never_less_than_samples(plate: Store) -> Non
         assert keys[0] < keys[1]
 
 
+@one_engine
 def test_nothing_that_touches_the_exact_geometry_is_missed(plate: Store) -> None:
     """Balls of a thousandth about points of the hole's wall, most of them between the vertices of its triangles."""
     angle = np.linspace(0, 2 * np.pi, 100, endpoint=False)
@@ -207,6 +214,7 @@ def test_nothing_that_touches_the_exact_geometry_is_missed(plate: Store) -> None
             assert set(found["volume_no"].tolist()) == set(range(len(balls))), level
 
 
+@one_engine
 def test_unknown_precision(plate: Store) -> None:
     with pytest.raises(UsageError, match="no precision 'fine'"):
         in_volume(plate, Box(0, 0, 0, 1, 1, 1), precision="fine")

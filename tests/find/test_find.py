@@ -18,6 +18,7 @@ from relmodel.find.indexes import KINDS, WorldIndex
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume, widened
 from relmodel.store import Store
 from relmodel.world import place_world
+from tests.given import CopyStore
 from tests.poses import pose_of
 from tests.synthetic_model import BOX, SyntheticModel, place_things, write_world
 
@@ -203,7 +204,7 @@ def test_every_volume_by_every_kind(store: Store, filled: Filled, level: str) ->
         assert keys == expected[i]
         if i % 20 == 0:
             assert answer(in_volume(store, volume, level=level)) == expected[i]
-    for kind in KINDS[1:]:
+    for kind in KINDS[1:] if store.dialect == "duckdb" else ():  # what was read is alike
         answered = WorldIndex.load(store, kind=kind).in_volumes(volumes, level)
         assert all(map(np.array_equal, answered, (number, ids, elements))), kind
     found = in_volumes(store, volumes, level=level)
@@ -238,7 +239,7 @@ def test_touching_counts(store: Store) -> None:
     for level in LEVELS:
         found = in_volume(store, everything, level=level)
         boxes = np.stack([found[name] for name in BOX], axis=1)
-        for row in range(0, len(boxes), max(1, len(boxes) // 6)):
+        for row in range(0, len(boxes), max(1, len(boxes) // 3)):
             key = (int(found["occurrence_id"][row]), int(found["element_no"][row]))
             for axis in range(3):
                 for side in (0, 3):
@@ -250,16 +251,15 @@ def test_touching_counts(store: Store) -> None:
                     for bounds, expected in ((touching, True), (apart, False)):
                         ids, numbers = index.in_volume(Box(*bounds), level)
                         assert (key in set(zip(ids.tolist(), numbers.tolist(), strict=True))) is expected
-            if row % 3 == 0:
+            if row == 0:
                 for bounds, expected in ((touching, True), (apart, False)):
                     asked = in_volume(store, Box(*bounds), level=level)
                     keys = set(zip(asked["occurrence_id"].tolist(), asked["element_no"].tolist(), strict=True))
                     assert (key in keys) is expected
 
 
-def test_worlds_by_name(fresh_store: str, tmp_path: Path) -> None:
-    with Store.open(fresh_store) as store:
-        fill(store, tmp_path)
+def test_worlds_by_name(filled: Filled, copy_store: CopyStore, tmp_path: Path) -> None:
+    with Store.open(copy_store(filled.target)) as store:
         place_world(store, write_world(tmp_path / "other.yaml", "other", [{"object": "thing"}]))
         place_world(store, write_world(tmp_path / "other.yaml", "other", [{"object": "thing", "role": "tool"}]))
         everything = Box(-2000, -2000, -2000, 2000, 2000, 2000)

@@ -4,7 +4,6 @@ point, against brute force."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,8 @@ import sqlalchemy as sa
 from relmodel.find.find import LEVELS, in_volumes
 from relmodel.find.volumes import Volume
 from relmodel.store import Store
-from tests.find.test_find import fill, random_boxes, random_solids, random_views
+from tests.find.test_find import random_boxes, random_solids, random_views
+from tests.given import CopyStore
 
 if TYPE_CHECKING:
     from tests.find.conftest import Filled
@@ -113,9 +113,9 @@ SELECT DISTINCT object_id, page, body_no, 1200, x0, y0, z0, x1, y1, z1 FROM obje
 """
 
 
-def test_nearest_features_past_a_crowd_of_parts_without_any(fresh_store: str, tmp_path: Path) -> None:
-    with Store.open(fresh_store) as store:
-        oracle = fill(store, tmp_path)
+def test_nearest_features_past_a_crowd_of_parts_without_any(filled: Filled, copy_store: CopyStore) -> None:
+    oracle = filled.oracle
+    with Store.open(copy_store(filled.target)) as store:
         paths = {path for path, _ in oracle.key["feature"] if path.startswith("a/")}
         with store.engine.begin() as connection:
 

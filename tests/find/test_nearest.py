@@ -150,7 +150,7 @@ def test_clearance_of_a_tool(cubes: str, tmp_path: Path, capsys: pytest.CaptureF
     ]
     with Store.open(cubes, read_only=True) as store:
         for path, points, radius, truth in cases:
-            found = nearest_parts(store, path, 5, radius=radius, tool=points)
+            found = nearest_parts(store, path, 2, radius=radius, tool=points)
             got = {str(p).split("/")[0]: float(d) for p, d in zip(found["path"], found["distance_mm"], strict=True)}
             assert set(got) == {"a", "b"}
             for name, away in truth.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from relmodel.readers.step import shape as step_shape
 from relmodel.store import Store
 from relmodel.store.check import check
 from tests.conftest import make_reader
+from tests.given import NewStore
 from tests.parts import solids
 from tests.parts.curved_parts import torus
 from tests.parts.step_parts import compound, write_solids
@@ -166,6 +168,12 @@ def test_a_wire_beside_a_solid_is_left_out(duckdb_file: Path, tmp_path: Path) ->
         assert not [f for f in check(store) if f.rows]
 
 
+@pytest.fixture(scope="module")
+def refusing(new_store: NewStore) -> Iterator[Store]:
+    with Store.open(new_store("duckdb")) as store:
+        yield store
+
+
 @pytest.mark.parametrize(
     ("name", "content", "given", "said"),
     [
@@ -182,18 +190,18 @@ def test_a_wire_beside_a_solid_is_left_out(duckdb_file: Path, tmp_path: Path) ->
     ],
 )
 def test_a_bad_call_leaves_a_run_that_failed(
-    name: str, content: bytes | None, given: dict[str, Any], said: str, tmp_path: Path, duckdb_file: Path
+    name: str, content: bytes | None, given: dict[str, Any], said: str, tmp_path: Path, refusing: Store
 ) -> None:
     path = tmp_path / name
     if content is not None:
         path.write_bytes(content)
-    with Store.open(duckdb_file) as store:
-        with pytest.raises(InputError, match=said):
-            load(store, path, **({"name": "part", "unit": "mm"} | given))
-        with store.read() as connection:
-            assert not connection.execute(store.table("object").select()).all()
-            ended = connection.execute(store.table("run_event").select()).all()
-        assert {e.state for e in ended if e.kind == "ended"} == {"failed"}
+    with pytest.raises(InputError, match=said):
+        load(refusing, path, **({"name": "part", "unit": "mm"} | given))
+    with refusing.read() as connection:
+        assert not connection.execute(refusing.table("object").select()).all()
+        ended = [e for e in connection.execute(refusing.table("run_event").select()).all() if e.kind == "ended"]
+        assert len(ended) == len(connection.execute(refusing.table("run").select()).all())
+    assert {e.state for e in ended} == {"failed"}
 
 
 def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fresh_store: str) -> None:

@@ -56,10 +56,8 @@ def test_rows_are_those_of_one_after_another(fresh_store: str, duckdb_template: 
             first, *_, last = [what for what, done, _ in told if done == i]
             assert (first, last) == (f"{file.name}: reading", f"{file.name}: storing")
         assert "a.stl: recognising features, shape 1 of 1" in [what for what, _, _ in told]
-        for (_, outcome), file in zip(outcomes, files, strict=True):
-            report = load(turns, file, name=file.stem, unit="mm")
-            assert outcome == report
         if together.dialect == turns.dialect:
+            assert [outcome for _, outcome in outcomes] == [load(turns, f, name=f.stem, unit="mm") for f in files]
             assert contents(together) == contents(turns)
 
 

@@ -105,9 +105,9 @@ def write_products(shapes: list[Any], path: Path) -> None:
 @pytest.mark.parametrize("write", [write_flat, write_products])
 def test_copies_are_one_shape_and_mirror_images_and_near_twins_are_not(write: Any, tmp_path: Path) -> None:
     parts = [handed(), bolt(), bent()]
-    motions = random_motions(15, 7)
+    motions = random_motions(9, 7)
     made = [moved(parts[i % 3], m) for i, m in enumerate(motions)]
-    label = [i % 3 for i in range(15)]
+    label = [i % 3 for i in range(9)]
     # Mirrored, a block without symmetry is another shape; a bolt that is symmetric is the same.
     made += [moved(parts[0], m, mirror=True) for m in motions[:2]] + [moved(parts[1], motions[3], mirror=True)]
     label += [3, 3, 1]

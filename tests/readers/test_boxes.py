@@ -21,7 +21,7 @@ from relmodel.readers.step.faces import face_map
 def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
     rng = np.random.default_rng(4)
     faces = same = 0
-    for _ in range(3):
+    for _ in range(2):
         axes = gp_Ax2(gp_Pnt(*rng.uniform(-50, 50, 3)), gp_Dir(*rng.normal(size=3)))
         turn = float(rng.uniform(0.5, 6.0))
         for maker in (
@@ -50,14 +50,14 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
                     assert (np.array(box[3:]) < kernel[3:] + 1e-4).all()
                     assert np.abs(box - np.concatenate([mine.min(0), mine.max(0)])).max() < 2 * got.mesh.chord_mm
                     faces += 1
-    assert faces > 22
+    assert faces > 15
     assert same >= faces - 1
 
 
 def test_boxes_of_free_faces_that_bulge_within_their_trims() -> None:
     """A hilly spline, and the same offset and turned, cut by a circle: held by what is found on a fine grid within."""
     rng = np.random.default_rng(8)
-    for case in range(3):
+    for case in range(2):
         # Over the offset of many steep hills the kernel takes ten seconds to integrate.
         (rows, columns), height = ((5, 6), 0.2) if case % 2 else ((7, 8), 0.4)
         points = Array2_gp_Pnt(1, rows, 1, columns)

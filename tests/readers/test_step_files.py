@@ -1,4 +1,4 @@
-"""Every STEP file of the test data loads, and the store says what of."""
+"""STEP files of many kernels load, and the store says what of."""
 
 from __future__ import annotations
 
@@ -11,39 +11,27 @@ from relmodel.store import Store
 from relmodel.store.check import check
 from tests.reading import load
 
-# Faces that a product of the file has, distinct parts, placed parts.
+# Faces that a product of the file has, distinct parts, placed parts.  What other files give is read by `test_exact.py`.
 EXPECTED = {
     "2-2-3-3-10-23.step": (48, 1, 1),
-    "3-3-3-3-3-23.step": (57, 1, 1),
     "M6-1x12-countersunk-screw.step": (28, 1, 1),
     "abstract_pca.step": (9, 2, 2),
     "as1-tu-203.stp": (53, 5, 18),
     "base_interface_AP214.STEP": (30, 1, 1),
     "box_sides.STEP": (310, 6, 10),
     "conical-surface.step": (5, 1, 1),
-    "cube-in.step": (6, 1, 1),
-    "cube-m.step": (6, 1, 1),
-    "dm1-oc-214.stp": (31, 3, 7),
-    "featuretype.STEP": (96, 1, 1),
-    "io1-tu-203.stp": (29, 1, 1),
-    "nist_ctc_01_asme1_ap203.stp": (139, 1, 1),
     "nist_ctc_01_asme1_ap242.stp": (117, 1, 1),
-    "nist_ctc_02_asme1_ap242.stp": (637, 1, 1),
     "nist_ctc_04_asme1_ap203.stp": (518, 1, 1),
     "nist_ftc_08_asme1_ap242-e1-tg.stp": (273, 1, 1),
-    "red_cube_blue_cylinder.step": (9, 2, 2),
-    "screw.step": (10, 1, 1),
     "sg1-c5-214.stp": (16, 1, 1),
 }
 
 
 @pytest.mark.data
-def test_every_file_loads_and_is_reported(data_dir: Path, duckdb_file: Path) -> None:
-    files = sorted((data_dir / "step").iterdir())
-    assert {file.name for file in files} == set(EXPECTED)
+def test_files_load_and_are_reported(data_dir: Path, duckdb_file: Path) -> None:
     with Store.open(duckdb_file) as store:
-        for file in files:
-            load(store, file, name=file.name)
+        for name in EXPECTED:
+            load(store, data_dir / "step" / name, name=name)
         assert not [finding for finding in check(store) if finding.rows]
         with store.read() as connection:
             rows = connection.exec_driver_sql(

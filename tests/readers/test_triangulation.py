@@ -55,7 +55,7 @@ def is_closed(mesh: Mesh) -> bool:
     return np.array_equal(np.sort(there), np.sort(back))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_triangles_of_a_composed_part_meet_and_keep_to_its_surfaces(seed: int) -> None:
     shape = composed(seed)
     mesh, surfaces = shape.mesh, surfaces_of(shape)
@@ -142,10 +142,9 @@ def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) 
     "name",
     [
         "step/nist_ctc_01_asme1_ap242.stp",
-        "step/nist_ctc_02_asme1_ap242.stp",
+        "step/nist_ctc_04_asme1_ap203.stp",
         "step/M6-1x12-countersunk-screw.step",
         "step/featuretype.STEP",
-        "bulkhead/A/bulkhead_parts.step",
     ],
 )
 def test_triangles_of_a_file_meet(data_dir: Path, name: str) -> None:

@@ -15,8 +15,8 @@ import pytest
 from relmodel.errors import InUseError
 from relmodel.resources import code_sha256
 from relmodel.store import Run, Store, engine, side_files
-from relmodel.store.check import check
 from tests.holding import held
+from tests.store.amiss import amiss
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -88,7 +88,7 @@ def test_what_was_found_is_recorded_once_when_the_store_is_opened_next(duckdb_fi
     assert not file.exists()
     file.write_bytes(copy)  # as where a process was killed after it had recorded it
     with Store.open(duckdb_file) as store:
-        assert not [finding for finding in check(store) if finding.rows]
+        assert not amiss(store)
     assert held_in(duckdb_file) == recorded
     assert not list(duckdb_file.parent.glob("*.kept-*")) + list(duckdb_file.parent.glob("*.run-*"))
 

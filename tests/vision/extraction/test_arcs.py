@@ -42,7 +42,7 @@ def test_a_step_is_one_line_with_the_bright_side_on_its_left(angle: float) -> No
 
 def test_predicted_lateral_sigma_is_the_scatter() -> None:
     errors = []
-    for seed in range(40):
+    for seed in range(24):
         arcs = arcs_of(noisy(step(0.4, 0.2, (90, 90)), 10.0, seed))
         at = int(np.argmax(arcs.length))
         middle = np.array([arcs.start_x[at] + arcs.end_x[at], arcs.start_y[at] + arcs.end_y[at]]) / 2 - 44.5
@@ -217,10 +217,10 @@ def test_nothing_gives_nothing() -> None:
 
 @pytest.mark.parametrize("shape", ["line", "circle", "ellipse"])
 def test_parameters_scatter_as_their_covariance_says(shape: str) -> None:
-    """Over 60 draws of noise the deviation from the truth, measured by the covariance, is chi-square distributed."""
+    """Over 40 draws of noise the deviation from the truth, measured by the covariance, is chi-square distributed."""
     clean, truth = _known(shape)
     squares = []
-    for seed in range(60):
+    for seed in range(40):
         arcs = arcs_of(noisy(clean, 6.0, seed))
         at = int(np.argmax(arcs.length))
         if shape == "line":

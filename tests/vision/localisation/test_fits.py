@@ -64,10 +64,17 @@ def test_a_part_that_stands_elsewhere_does_not_drag_the_pose() -> None:
     assert np.abs(perturbation(found.world_from_rig, truth)[:3]).max() < 0.5
 
 
-@pytest.mark.parametrize("cameras", [("left",), ("left", "right")])
-@pytest.mark.parametrize("shift", [(0.0, 0.0), (2.0, 1.5), (4.0, 3.0), (-5.0, 2.0)])
+@pytest.mark.parametrize(
+    ("cameras", "shift"),
+    [
+        (("left",), (0.0, 0.0)),
+        (("left",), (4.0, 3.0)),
+        (("left", "right"), (2.0, 1.5)),
+        (("left", "right"), (-5.0, 2.0)),
+    ],
+)
 def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
-    shift: tuple[float, float], cameras: tuple[str, ...]
+    cameras: tuple[str, ...], shift: tuple[float, float]
 ) -> None:
     """A cube and a smaller block beside it, too few arcs for a consensus to part them when they are 2 px apart."""
     scene = box_scene(
@@ -88,7 +95,7 @@ def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
         assert votes < 0.15
 
 
-@pytest.mark.parametrize("shift", [(2.0, -3.0), (-2.5, 1.0)])
+@pytest.mark.parametrize("shift", [(2.0, -3.0)])
 def test_of_two_like_bodies_that_disagree_either_may_be_off(shift: tuple[float, float]) -> None:
     """Two cubes that tell as much as each other, near enough for their edges to be found: the covariance holds the
     truth wherever the pose comes out, and what other cube may be off, or none, is a pose of its own."""
@@ -105,7 +112,7 @@ def test_of_two_like_bodies_that_disagree_either_may_be_off(shift: tuple[float, 
         assert np.abs(perturbation(right.world_from_rig, truth)[:3]).max() < 0.5
 
 
-@pytest.mark.parametrize("printed", [(7,), (9,), (0, 9), (7, 10)])
+@pytest.mark.parametrize("printed", [(7,), (0, 9)])
 def test_a_fit_that_an_arc_leads_astray_finds_back_without_it(printed: tuple[int, ...]) -> None:
     """One camera before a box, of which some edges show nothing and lines are printed 4 px beside them."""
     scene = box_scene([(np.array([-60.0, -40, 0]), np.array([120.0, 80, 60]))])
@@ -198,7 +205,7 @@ def test_jacobians_are_derivatives(turned: float) -> None:
         assert np.allclose(numeric, jacobian[:, :, k], rtol=1e-3, atol=1e-2)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_refinement_never_worsens(seed: int) -> None:
     """Like cubes, of which most have stronger edges beside their own: labels, shadows, other things that look alike."""
     rng = np.random.default_rng(seed)

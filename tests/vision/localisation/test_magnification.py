@@ -25,8 +25,7 @@ def cut(rig: Rig, scale: float, middle: tuple[float, float]) -> Rig:
     return Rig({"left": replace(camera, matrix=matrix)}, {"left": np.eye(4)})
 
 
-@pytest.mark.parametrize("middle", [(320.0, 240.0), (150.0, 300.0), (500.0, 120.0)])
-@pytest.mark.parametrize("scale", [1.1, 1.25, 1.4])
+@pytest.mark.parametrize(("scale", "middle"), [(1.1, (320.0, 240.0)), (1.25, (150.0, 300.0)), (1.4, (500.0, 120.0))])
 def test_a_cut_is_told_by_its_scale_wherever_it_was_cut(scale: float, middle: tuple[float, float]) -> None:
     scene, rig, truth = blocks(), stereo_rig().only("left"), above(10, -20, 560)
     edges = draw_edges(scene, cut(rig, scale, middle), truth, Errors(), np.random.default_rng(3))["left"]

@@ -257,7 +257,7 @@ def test_what_was_measured_is_told_in_the_world() -> None:
         assert mine.mean() > 0.9
         assert (view.element[rows.view_arc[mine]] == rows.arc[mine]).all()
         # A standard deviation of the pose moves samples as poses drawn from its covariance do.
-        drawn = np.random.default_rng(0).multivariate_normal(np.zeros(6), found.covariance, 400)
+        drawn = np.random.default_rng(0).multivariate_normal(np.zeros(6), found.covariance, 250)
         samples = view.samples.take(np.arange(0, len(view.run), 40))
         moved = []
         for delta in drawn:

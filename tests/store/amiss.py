@@ -1,0 +1,14 @@
+"""What is amiss in a store without a model: the check without the queries of models, which take most of its time."""
+
+from __future__ import annotations
+
+from unittest.mock import patch
+
+from relmodel.store import Store, sql
+from relmodel.store.check import check
+
+
+def amiss(store: Store) -> dict[str, list[dict[str, object]]]:
+    """Rows that the check finds of runs, references, ledger, digests, journal, blocks and tables, by query."""
+    with patch.object(sql, "query_names", lambda _: ["check/run_events"]):
+        return {finding.query: finding.rows for finding in check(store) if finding.rows}
