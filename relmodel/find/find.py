@@ -161,7 +161,7 @@ def nearest_parts(
         order = order[found["distance_mm"][order] <= reach][:count]
         if len(order) == count or reach > _FARTHEST_MM:
             return {name: values[order] for name, values in found.items()}
-        reach *= 4 if reach < 1000 else 1000  # soon all: of few parts the last is as far as it may be
+        reach *= 4
 
 
 def _swept(path: npt.ArrayLike, tool: npt.ArrayLike) -> Floats:
