@@ -29,7 +29,7 @@ _OPTIONS = (
     "--headless=new", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-extensions",
     "--disable-dev-shm-usage", "--no-first-run", "--no-default-browser-check", "--hide-scrollbars",
-    "--window-size=1400,1000", "--remote-debugging-pipe",
+    "--window-size=1400,500", "--remote-debugging-pipe",
 )  # fmt: skip
 
 
@@ -87,7 +87,7 @@ class Browser:
     def wide(self, pixels: int, media: str = "screen") -> None:
         """Show pages in a window so wide, or as on paper so wide (media `print`)."""
         self.call("Emulation.setEmulatedMedia", media=media)
-        self.call("Emulation.setDeviceMetricsOverride", width=pixels, height=1000, deviceScaleFactor=1, mobile=False)
+        self.call("Emulation.setDeviceMetricsOverride", width=pixels, height=500, deviceScaleFactor=1, mobile=False)
 
     def picture(self) -> bytes:
         """What the window shows, as PNG."""

@@ -20,6 +20,7 @@ from sqlalchemy import Connection
 import relmodel
 from relmodel.app.tree import Tree, read_tree
 from relmodel.arrays import Floats
+from relmodel.drawing.solid import read_meshes
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices, matrix_columns
 from relmodel.names import check_writable, make_folder, visible
@@ -125,22 +126,15 @@ def painted_scene(
     colours: dict[int, list[str | None]] = {}
     for shape, colour in names:
         colours.setdefault(shape, []).append(colour)
-    for done, row in enumerate(store.rows(connection, "scene/meshes", shape_ids=sorted(colours))):
+    for done, (shape, vertices, triangles, _) in enumerate(read_meshes(store, connection, sorted(colours))):
         progress(f"{what}: shapes", done, len(colours))
-        mesh = trimesh.Trimesh(
-            np.reshape(row.vertices, (-1, 3)) * _METRES, np.reshape(row.triangles, (-1, 3)), process=False
-        )
-        for colour in colours[int(row.shape_id)]:
+        mesh = trimesh.Trimesh(vertices * _METRES, triangles, process=False)
+        for colour in colours[shape]:
             one = mesh.copy()
-            rgb = colour or _PLAIN
-            one.visual = trimesh.visual.TextureVisuals(
-                material=trimesh.visual.material.PBRMaterial(
-                    baseColorFactor=[*(int(rgb[i : i + 2], 16) for i in (1, 3, 5)), 255],
-                    metallicFactor=0.3,
-                    roughnessFactor=0.6,
-                )
-            )
-            scene.geometry[names[int(row.shape_id), colour]] = one
+            rgba = [*(int((colour or _PLAIN)[i : i + 2], 16) for i in (1, 3, 5)), 255]
+            paint = trimesh.visual.material.PBRMaterial(baseColorFactor=rgba, metallicFactor=0.3, roughnessFactor=0.6)
+            one.visual = trimesh.visual.TextureVisuals(material=paint)
+            scene.geometry[names[shape, colour]] = one
     progress(f"{what}: writing", len(colours), len(colours))
     return scene
 

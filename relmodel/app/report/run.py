@@ -61,8 +61,8 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
 
     Raises UsageError where there is no such run.
     """
-    row = find_run(store, connection, run)
     tables = run_tables(store, connection, run)
+    row = tables["run"].rows[0]
     pose, prior = (next(iter(tables[name].rows), None) for name in ("pose", "prior"))
     rows = store.rows(connection, "report/items", run_id=run)
     seen = read_seen(store, connection, run, rows)

@@ -134,7 +134,7 @@ def _shown(store: Store, connection: Connection, name: str, asked: Mapping[str, 
     if name == "/compare":
         return _compare(store, connection, asked)
     if name == "/find":
-        return _find(store, connection, asked)
+        return _find(store, connection, asked, whole)
     if name.startswith("/run/") and name[5:].isdecimal():
         run = int(name[5:])
         return Shown(partial(run_tables, store, connection, run), partial(run_page, store, connection, run))
@@ -263,7 +263,7 @@ def _compare(store: Store, connection: Connection, asked: Mapping[str, str]) -> 
     )
 
 
-def _find(store: Store, connection: Connection, asked: Mapping[str, str]) -> Shown:
+def _find(store: Store, connection: Connection, asked: Mapping[str, str], whole: bool) -> Shown:
     """What lies in a box of a world."""
     worlds = {str(row.name): int(row.world_id) for row in store.rows(connection, "world/current")}
     level, world = asked.get("level", "part"), asked.get("world") or next(iter(worlds), "")
@@ -276,7 +276,7 @@ def _find(store: Store, connection: Connection, asked: Mapping[str, str]) -> Sho
         box = Box(*(finite(n, asked.get(n, "")) for n in BOUNDS))
         rows = find_rows(store, box, level=level, world=world or None)
         words = f"{len(rows)} {level}s of the world {world} lie in it by their boxes."
-    drawn = _world_scene(store, connection, worlds.get(world), {r[0] for r in rows})
+    drawn = None if whole else _world_scene(store, connection, worlds.get(world), {r[0] for r in rows})
     reach = [(m - drawn["radius"], m + drawn["radius"]) for m in drawn["focus"]] if drawn else [(0.0, 0.0)] * 3
     first = [f"{low + (high - low) * (1 + 2 * n) / 4:.0f}" for n in (0, 1) for low, high in reach]
     fields = [Field(n, asked.get(n, first[i]), reach=reach[i % 3]) for i, n in enumerate(BOUNDS)]

@@ -227,16 +227,11 @@ def opened(page: str, chromium: Browser, folder: Path) -> Browser:
     return chromium
 
 
-@pytest.fixture
-def shown(page: str, chromium: Browser, tmp_path: Path) -> Browser:
-    """The page of the inspection, open."""
-    return opened(page, chromium, tmp_path)
-
-
 @pytest.mark.browser
 def test_a_browser_shows_it_without_complaint_or_request_and_toggles_layers(
-    shown: Browser, inspection: Inspection
+    page: str, chromium: Browser, inspection: Inspection, tmp_path: Path
 ) -> None:
+    shown = opened(page, chromium, tmp_path)
     assert not shown.complaints
     assert [url for url in shown.requests if not url.startswith("data:")] == [shown.run("location.href")]
     assert shown.run("[...document.querySelectorAll('svg.picture image')].length") == 2

@@ -65,10 +65,9 @@ def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsy
         found = connection.exec_driver_sql(ARGUMENTS[store.dialect]).fetchall()
     taken = {name: (list(arguments), types) for name, arguments, types in found if name in FUNCTIONS}
     assert taken.keys() == FUNCTIONS
+    columns = printed(capsys, "schema", "--columns", "--store", fresh_store)
     for name, (arguments, types) in taken.items():
-        if not name.startswith("parts") and not name.endswith("in_box"):  # what one level takes, the others do
-            continue
-        told = printed(capsys, "schema", name, "--store", fresh_store)
+        told = [row for row in columns if row["relation"] == name]
         assert [row["column"] for row in told] == arguments
         assert types is None or [str(row["type"]).lower() for row in told] == [str(t) for t in types]
         assert all(row["comment"] for row in told)
@@ -77,7 +76,9 @@ def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsy
         assert all("mm" in comment or "rotation" in comment for comment in numbers)
 
 
-def test_schema_is_a_line_a_relation_and_a_function(duckdb_file: Path, capsys: Capsys) -> None:
+def test_schema_is_a_line_a_relation_and_a_function_and_needs_no_store(
+    duckdb_file: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
     entries = printed(capsys, "schema", "--store", str(duckdb_file))
     assert all(entry["comment"] for entry in entries)
     names = [entry["relation"] for entry in entries]
@@ -87,6 +88,8 @@ def test_schema_is_a_line_a_relation_and_a_function(duckdb_file: Path, capsys: C
     functions = {entry["relation"] for entry in entries if entry["standing"] == "function"}
     assert set(names) - functions == relations
     assert functions == FUNCTIONS
+    monkeypatch.delenv("RELMODEL_STORE", raising=False)
+    assert printed(capsys, "schema") == entries
 
 
 def test_schema_of_one_relation_is_in_full(duckdb_file: Path, capsys: Capsys) -> None:
@@ -95,12 +98,6 @@ def test_schema_of_one_relation_is_in_full(duckdb_file: Path, capsys: Capsys) ->
     assert rows["surface_id"]["refers_to"] == "surface (id)"
     assert main(["schema", "lop", "--store", str(duckdb_file)]) == 2
     assert "did you mean loop?" in capsys.readouterr().err
-
-
-def test_schema_needs_no_store(duckdb_file: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("RELMODEL_STORE", raising=False)
-    there = {(e["relation"], e["comment"]) for e in printed(capsys, "schema", "--store", str(duckdb_file))}
-    assert {(e["relation"], e["comment"]) for e in printed(capsys, "schema")} == there
 
 
 def test_sql_prints_rows_in_each_form(asked_store: str, capsys: Capsys, tmp_path: Path) -> None:
@@ -119,9 +116,9 @@ def test_sql_prints_rows_in_each_form(asked_store: str, capsys: Capsys, tmp_path
     assert capsys.readouterr().out.split()[0] == "relation"
 
 
-def test_sql_reads_stdin(asked_store: str, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sql_reads_stdin(duckdb_template: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("SELECT ':a' AS colon, '%s' AS percent"))
-    assert printed(capsys, "sql", "--store", asked_store) == [{"colon": ":a", "percent": "%s"}]
+    assert printed(capsys, "sql", "--store", str(duckdb_template)) == [{"colon": ":a", "percent": "%s"}]
 
 
 # A single call of a function, of hours, in which DuckDB does not look whether it was interrupted.
