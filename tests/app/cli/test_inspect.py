@@ -87,7 +87,6 @@ def test_postgresql_gives_the_same_answer(answer: dict[str, Any], postgresql_ins
     np.testing.assert_allclose(there["world_from_rig"], answer["world_from_rig"], atol=1e-9)
     np.testing.assert_allclose(there["covariance"], answer["covariance"], rtol=1e-6)
     assert there["parts_in_view"] == answer["parts_in_view"]
-    assert main(["check", "--store", postgresql_inspection.store]) == 0
 
 
 Array = npt.NDArray[np.float64]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,10 +19,16 @@ from tests.app.cli.test_findings import stop
 from tests.given import Capsys, CopyStore
 from vision.cameras.files import read_needs, read_prior
 from vision.cameras.standpoints import read_standpoints
+from vision.planning import plan_views
 
 
 def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
-    bulkhead_template: Path, pair: Pair, tmp_path: Path, copy_store: CopyStore, capsys: Capsys
+    bulkhead_template: Path,
+    pair: Pair,
+    tmp_path: Path,
+    copy_store: CopyStore,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capsys,
 ) -> None:
     target = copy_store(str(bulkhead_template))
     call = ["plan", "--rig", str(pair.rig_file), "--store", target, "--format", "json"]
@@ -36,6 +43,16 @@ def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
     assert shares == sorted(shares)
     assert 0.95 <= shares[-1] <= 1
 
+    made: list[Any] = []
+
+    def plan_once(store: Any, rig: Any, wanted: dict[str, Any], progress: Any) -> Any:
+        sought = {name: it for name, it in wanted.items() if it is not None}
+        if not made:
+            made.extend((sought, plan_views(store, rig, wanted, progress)))
+        assert sought == made[0]
+        return made[1]
+
+    monkeypatch.setattr("relmodel.app.propose.plan_views", plan_once)
     with Store.open(target) as store:
         stop(store, [(path.partition("/")[2], "confirmed", 9.0) for path in checked[:20]])
     assert main([*call[:-2], "--serial", "SN1", "--views", "2", "--out", str(tmp_path / "next")]) == 0
