@@ -155,7 +155,9 @@ def minimal(
 
 
 @pytest.fixture(scope="session")
-def blocks_on_postgresql(new_store: NewStore, copy_store: CopyStore, blocks_pair: Pair, make_once: MakeOnce) -> Inspection:
+def blocks_on_postgresql(
+    new_store: NewStore, copy_store: CopyStore, blocks_pair: Pair, make_once: MakeOnce
+) -> Inspection:
     """The first on PostgreSQL, by the left camera alone."""
 
     def begin(folder: Path) -> str:

@@ -38,8 +38,8 @@ class Held:
 @pytest.fixture(scope="session")
 def held(both_loaded: Path, other_pair: Pair, make_once: MakeOnce) -> Held:
     """Two variants of the bulkhead, and a flange under two names; a picture of B held against three of them, and a
-    small one of A against the flange.  The first by a calibration of OpenCV: the only camera of a rig needs no name, and one whose
-    file does not say the size of pictures has that of the one given."""
+    small one of A against the flange.  The first by a calibration of OpenCV: the only camera of a rig needs no name,
+    and one whose file does not say the size of pictures has that of the one given."""
 
     def inspect(folder: Path) -> None:
         store, small = copied(both_loaded)(folder), halve("pair_00", folder, 2)

@@ -1,4 +1,4 @@
-"""`relmodel inspect` without a prior: the join of circles or edges finds the pose, and rows say that there was no prior."""
+"""`relmodel inspect` without a prior: circles or edges tell the pose, and rows say that there was no prior."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def fit_of(rig: Rig, edges: dict[str, EdgePoints], truth: Floats) -> Fit:
 
 def test_it_ends_where_scipy_does() -> None:
     """By poses of cameras that are composed of standpoints, where the fit knows derivatives alone."""
-    fit, _, _ = stand(1)
+    fit, _, _ = stand(0)
     found = fit.refine_roughly(above(0, 0, 520))
     m, p, rig, columns = found.measurements, found.prediction, fit.rig, fit.unknowns.standpoints
     assert found.last_step is not None
