@@ -10,17 +10,10 @@ from pathlib import Path
 
 _CODE = """
 import sys, duckdb
-def hold():
-    held = duckdb.connect(sys.argv[1], read_only=sys.argv[2] == "True")
-    print("held", flush=True)
-    return held
-held = hold()
+held = duckdb.connect(sys.argv[1], read_only=sys.argv[2] == "True")
+print("held", flush=True)
 for asked in sys.stdin:
-    if asked.strip():
-        print(held.sql(asked).fetchall(), flush=True)
-    else:
-        held.close()
-        held = hold()
+    print(held.sql(asked).fetchall(), flush=True)
 """
 
 
@@ -38,10 +31,6 @@ class Holder:
         assert self._process.stdin
         print(statement, file=self._process.stdin, flush=True)
         return self._answer()
-
-    def hold_again(self) -> None:
-        """Let the file go, and open what stands there now."""
-        assert self.ask("") == "held"
 
     def _answer(self) -> str:
         assert self._process.stdout

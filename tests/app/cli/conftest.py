@@ -117,7 +117,7 @@ def blocks_pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
     return Pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", folder / "prior.yaml", rig, prior)
 
 
-def place_blocks(target: str, folder: Path) -> None:
+def place_blocks(target: str, folder: Path) -> str:
     """Load these blocks, and place them where they were drawn."""
     boxes = block_boxes()
     placed = [perturb(np.eye(4), np.array([*(low + size / 2), 0, 0, 0])) for low, size in boxes]
@@ -127,6 +127,7 @@ def place_blocks(target: str, folder: Path) -> None:
     with Store.open(target) as store:
         store_model(store, Model("STEP", "mm", 1.0, shapes, parts, (root,), 0, len(parts), "test", "AP242"), "blocks")
         place_world(store, world_file(folder / "world.yaml", "table", [{"object": "blocks"}]))
+    return target
 
 
 @pytest.fixture(scope="session")
@@ -159,12 +160,8 @@ def blocks_on_postgresql(
     new_store: NewStore, copy_store: CopyStore, blocks_pair: Pair, make_once: MakeOnce
 ) -> Inspection:
     """The first on PostgreSQL, by the left camera alone."""
-
-    def begin(folder: Path) -> str:
-        place_blocks(target := new_store("postgresql"), folder)
-        return target
-
-    made = inspect_once(make_once, "postgresql_seen", begin, *blocks_pair.options(right=None), "--match")
+    given = (*blocks_pair.options(right=None), "--match")
+    made = inspect_once(make_once, "postgresql_seen", lambda it: place_blocks(new_store("postgresql"), it), *given)
     return replace(made, store=copy_store(made.store))
 
 

@@ -13,24 +13,19 @@ import relmodel
 from relmodel.app.cli.main import main
 from relmodel.app.cli.options import read_pairs
 from relmodel.store import Store
-from tests.app.cli.conftest import Pair
+from tests.app.cli.conftest import Pair, copied
 from tests.app.cli.slider import BASE, carriage, carriage_from_rig
 from tests.app.cli.test_findings import stop
-from tests.given import Capsys, CopyStore
+from tests.given import Capsys
 from vision.cameras.files import read_needs, read_prior
 from vision.cameras.standpoints import read_standpoints
 from vision.planning import plan_views
 
 
 def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
-    bulkhead_template: Path,
-    pair: Pair,
-    tmp_path: Path,
-    copy_store: CopyStore,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: Capsys,
+    bulkhead_template: Path, pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    target = copy_store(str(bulkhead_template))
+    target = copied(bulkhead_template)(tmp_path)
     call = ["plan", "--rig", str(pair.rig_file), "--store", target, "--format", "json"]
     assert main([*call, "--object", "bulkhead"]) == 0
     whole = json.loads(capsys.readouterr().out)
@@ -43,14 +38,11 @@ def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
     assert shares == sorted(shares)
     assert 0.95 <= shares[-1] <= 1
 
-    made: list[Any] = []
+    made: dict[str, Any] = {}
 
-    def plan_once(store: Any, rig: Any, wanted: dict[str, Any], progress: Any) -> Any:
-        sought = {name: it for name, it in wanted.items() if it is not None}
-        if not made:
-            made.extend((sought, plan_views(store, rig, wanted, progress)))
-        assert sought == made[0]
-        return made[1]
+    def plan_once(*given: Any) -> Any:
+        wanted = str(sorted((name, it) for name, it in given[2].items() if it is not None))
+        return made.get(wanted) or made.setdefault(wanted, plan_views(*given))
 
     monkeypatch.setattr("relmodel.app.propose.plan_views", plan_once)
     with Store.open(target) as store:

@@ -320,12 +320,3 @@ def test_decisions_are_kept_shown_and_sealed(target: str, tmp_path: Path, capsys
     whole = page.read_text()
     page.write_text(whole.replace("rejected by", "accepted by"))
     assert main(sealed) == 1  # of a store that changed since: the test of a part's report
-
-
-def test_postgresql_answers_from_the_rows(postgresql_inspection: Inspection) -> None:
-    """The right model: what is counted as contradicted is what the rows say, and no variant was weighed."""
-    said = {name: answered(postgresql_inspection.store, name) for name in ("contradicted_features", "variants_seen")}
-    items = postgresql_inspection.answer["presence"]["items"]
-    against = {i["path"] for i in items if i["level"] == "feature" and i["state"] in ("contradicted", "not_confirmed")}
-    assert {r["path"] for r in said["contradicted_features"]} == against
-    assert [i["path"] for i in items if i["qif"] == "FAIL"] == said["variants_seen"] == []

@@ -73,19 +73,17 @@ def test_progress_stands_on_a_terminal_alone_and_a_reader_is_no_reason_to_refuse
         assert told[verb] not in said
     again = str(duckdb_file)
     monkeypatch.setattr(engine, "READERS_S", 0.0)
-    with held(again, read_only=True) as reader:
-        for verb, call in calls.items():  # in a store of its own, so that all is to be done again, beside a reader
-            call[call.index("--store") + 1] = again
-            terminal = Terminal()
-            capsys.readouterr()
-            reader.hold_again()
-            with monkeypatch.context() as patch:
-                patch.setattr(sys, "stderr", terminal)
-                assert main(call) == 0
-            assert told[verb] in terminal.getvalue(), verb
-            assert capsys.readouterr().out == quiet[verb]
-        for words in ("init", "set box batch 7 --variant A", "prune runs --state killed --yes", "check"):
-            reader.hold_again()
+    for verb, call in calls.items():  # in a store of its own, so that all is to be done again, beside a reader
+        call[call.index("--store") + 1] = again
+        terminal = Terminal()
+        capsys.readouterr()
+        with monkeypatch.context() as patch, held(again, read_only=True):
+            patch.setattr(sys, "stderr", terminal)
+            assert main(call) == 0
+        assert told[verb] in terminal.getvalue(), verb
+        assert capsys.readouterr().out == quiet[verb]
+    for words in ("init", "set box batch 7 --variant A", "prune runs --state killed --yes", "check"):
+        with held(again, read_only=True):
             assert main([*words.split(), "--store", again]) == 0, words
 
 

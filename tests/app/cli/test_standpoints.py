@@ -154,10 +154,8 @@ def test_two_arms_are_one_inspection_that_corrects_both_bases(
     store, rng = copy_store(str(blocks_template)), np.random.default_rng(3)
     lines, truth = ["name,on,left,cam,joints,sigma_mm,sigma_deg"], {}
     world: dict[str, Any] = {"world": "table", "objects": [{"object": "blocks", "role": "inspected"}]}
-    for arm, name, focal, stop, travels in (
-        ("one", "left", 350.0, "00", (-70, 60)),
-        ("two", "cam", 420.0, "03", (60,)),
-    ):
+    arms = (("one", "left", 350.0, "00", (-70, 60)), ("two", "cam", 420.0, "03", (60,)))
+    for arm, name, focal, stop, travels in arms:
         matrix = np.array([[focal, 0, 161], [0, focal, 121], [0, 0, 1]])
         camera = {"width": 320, "height": 240, "matrix": matrix.tolist(), "sigma": {"centre_px": 0}}
         Path(f"{name}.yaml").write_text(yaml.safe_dump({"cameras": {name: camera | {"rig_from_camera": FRAME}}}))

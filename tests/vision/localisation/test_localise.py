@@ -25,6 +25,8 @@ from vision.localisation.support import Outlines, Support
 from vision.localisation.views import Observation
 from vision.scene import Scene
 
+LEFT = stereo_rig().only("left")
+
 
 @cache
 def shown(name: str) -> tuple[Scene, Floats]:
@@ -34,15 +36,10 @@ def shown(name: str) -> tuple[Scene, Floats]:
     return blocks(), above(10, -20, 560)
 
 
-def rig_of(name: str) -> Rig:
-    """Two cameras, one where no second is needed."""
-    return stereo_rig().only("left") if name == "endless" else stereo_rig()
-
-
 @cache
 def pictures(name: str) -> dict[str, Bytes]:
     """Pictures of a scene by camera."""
-    (scene, truth), rig = shown(name), rig_of(name)
+    (scene, truth), rig = shown(name), LEFT if name == "endless" else stereo_rig()
     return {n: picture(scene, c, truth @ rig.rig_from_camera[n], 0) for n, c in rig.cameras.items()}
 
 
@@ -88,7 +85,7 @@ def test_equal_blocks_are_ambiguous_and_the_true_cell_is_listed() -> None:
     scene, truth = shown("endless")
     prior = Prior.isotropic(truth.copy(), 30.0, np.radians(1.0))
     prior.world_from_rig[:3, 3] += [0.4 * pitch, 0, 0]
-    found = localise(scene, Observation(rig_of("endless"), seen("endless"), pictures("endless")), prior)
+    found = localise(scene, Observation(LEFT, seen("endless"), pictures("endless")), prior)
     assert found.verdict.verdict == "ambiguous", found.verdict.reason
     shifts = [h.world_from_rig[:3, 3] - truth[:3, 3] for h in found.hypotheses]
     assert min(np.linalg.norm(s) for s in shifts) < 1.0
@@ -97,9 +94,7 @@ def test_equal_blocks_are_ambiguous_and_the_true_cell_is_listed() -> None:
 
 def test_pictures_of_something_else_are_refused() -> None:
     scene, truth = shown("blocks")
-    found = localise(
-        scene, Observation(rig_of("endless"), seen("endless"), pictures("endless")), off(truth, 20.0, np.radians(2), 1)
-    )
+    found = localise(scene, Observation(LEFT, seen("endless"), pictures("endless")), off(truth, 20.0, np.radians(2), 1))
     assert found.verdict.verdict == "refused"
 
 
