@@ -80,16 +80,17 @@ def halve_cameras(rig: dict[str, Any]) -> None:
             camera["matrix"][row][2] = (camera["matrix"][row][2] - 0.5) / 2
 
 
-def halve(stem: str, folder: Path) -> Pair:
+def halve(stem: str, folder: Path, times: int = 1) -> Pair:
     """A pair of the demonstration, two by two pixels in one: centres (0, 0) and (1, 1) meet at (0, 0).  Its rig is
     said to be exact, as what is rendered is."""
     rig = yaml.safe_load((DEMO / f"{stem}_rig.yaml").read_text())
     del rig["sigma"]
-    halve_cameras(rig)
+    for _ in range(times):
+        halve_cameras(rig)
     for name, camera in rig["cameras"].items():
         camera["sigma"] = {"centre_px": 0}
         with Image.open(DEMO / f"{stem}_{name}.png") as picture:
-            picture.reduce(2).save(folder / f"{name}.png")
+            picture.reduce(2**times).save(folder / f"{name}.png")
     (folder / "rig.yaml").write_text(yaml.safe_dump(rig))
     prior_file = DEMO / f"{stem}_prior.yaml"
     prior = yaml.safe_load(prior_file.read_text())
@@ -116,23 +117,52 @@ def blocks_pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
     return Pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", folder / "prior.yaml", rig, prior)
 
 
+def place_blocks(target: str, folder: Path) -> str:
+    """Load these blocks, and place them where they were drawn."""
+    boxes = block_boxes()
+    placed = [perturb(np.eye(4), np.array([*(low + size / 2), 0, 0, 0])) for low, size in boxes]
+    root = Assembly("blocks", tuple(Instance(f"block {k}", "part", k, pose) for k, pose in enumerate(placed)))
+    shapes = tuple(primitive("box", *size) for _, size in boxes)
+    parts = tuple(Part(f"B-{k}", f"block {k}", k) for k in range(len(boxes)))
+    with Store.open(target) as store:
+        store_model(store, Model("STEP", "mm", 1.0, shapes, parts, (root,), 0, len(parts), "test", "AP242"), "blocks")
+        place_world(store, world_file(folder / "world.yaml", "table", [{"object": "blocks"}]))
+    return target
+
+
 @pytest.fixture(scope="session")
 def blocks_template(duckdb_template: Path, make_once: MakeOnce) -> Path:
-    """A DuckDB store in which these blocks stand where they were drawn, to be copied."""
+    """A DuckDB store in which the blocks are placed, to be copied."""
+    return make_once("blocks", lambda it: place_blocks(copied(duckdb_template)(it), it)) / "cell.duckdb"
 
-    def fill(folder: Path) -> None:
-        boxes, target = block_boxes(), copied(duckdb_template)(folder)
-        placed = [perturb(np.eye(4), np.array([*(low + size / 2), 0, 0, 0])) for low, size in boxes]
-        root = Assembly("blocks", tuple(Instance(f"block {k}", "part", k, pose) for k, pose in enumerate(placed)))
-        shapes = tuple(primitive("box", *size) for _, size in boxes)
-        parts = tuple(Part(f"B-{k}", f"block {k}", k) for k in range(len(boxes)))
-        with Store.open(target) as store:
-            store_model(
-                store, Model("STEP", "mm", 1.0, shapes, parts, (root,), 0, len(parts), "test", "AP242"), "blocks"
-            )
-            place_world(store, world_file(folder / "world.yaml", "table", [{"object": "blocks"}]))
 
-    return make_once("blocks", fill) / "cell.duckdb"
+@pytest.fixture(scope="session")
+def blocks_seen(blocks_template: Path, blocks_pair: Pair, make_once: MakeOnce) -> Inspection:
+    """The blocks inspected, and their arcs matched."""
+    return inspect_once(make_once, "seen", copied(blocks_template), *blocks_pair.options(), "--match")
+
+
+@pytest.fixture(scope="session")
+def minimal(
+    blocks_seen: Inspection, blocks_pair: Pair, make_once: MakeOnce, tmp_path_factory: pytest.TempPathFactory
+) -> Inspection:
+    """A copy of that store, in which the blocks were inspected once more by cameras of other names, which come in
+    another order, with decisions alone kept."""
+    rig, pair = tmp_path_factory.mktemp("named") / "named.yaml", blocks_pair
+    cameras = {"prior": pair.rig["cameras"]["left"], "below": pair.rig["cameras"]["right"]}
+    rig.write_text(yaml.safe_dump({"cameras": cameras}, sort_keys=False))
+    given = [f"below={pair.right}", "--rig", str(rig), "--prior", str(pair.prior_file), f"prior={pair.left}"]
+    return inspect_once(make_once, "minimal", copied(blocks_seen.store), *given, "--audit", "minimal")
+
+
+@pytest.fixture(scope="session")
+def blocks_on_postgresql(
+    new_store: NewStore, copy_store: CopyStore, blocks_pair: Pair, make_once: MakeOnce
+) -> Inspection:
+    """The first on PostgreSQL, by the left camera alone."""
+    given = (*blocks_pair.options(right=None), "--match")
+    made = inspect_once(make_once, "postgresql_seen", lambda it: place_blocks(new_store("postgresql"), it), *given)
+    return replace(made, store=copy_store(made.store))
 
 
 def load_bulkhead(target: str | Path, variant: str = "A") -> None:
@@ -269,19 +299,6 @@ def inspection(bulkhead_template: Path, pair: Pair, make_once: MakeOnce) -> Insp
     """Accepted, with a prior, by a rig that a carriage carries, and its arcs matched."""
     given = [*pair.options(overlay="FOLDER/overlay.png"), "--match"]
     return inspect_once(make_once, "inspected", copied(bulkhead_template), *given)
-
-
-@pytest.fixture(scope="session")
-def minimal(
-    inspection: Inspection, pair: Pair, make_once: MakeOnce, tmp_path_factory: pytest.TempPathFactory
-) -> Inspection:
-    """A copy of that store, in which the pair was inspected once more by cameras of other names, which come in another
-    order, with its decisions alone kept."""
-    rig = tmp_path_factory.mktemp("named") / "named.yaml"
-    cameras = {"prior": pair.rig["cameras"]["left"], "below": pair.rig["cameras"]["right"]}
-    rig.write_text(yaml.safe_dump({"cameras": cameras}, sort_keys=False))
-    given = [f"below={pair.right}", "--rig", str(rig), "--prior", str(pair.prior_file), f"prior={pair.left}"]
-    return inspect_once(make_once, "minimal", copied(inspection.store), *given, "--audit", "minimal")
 
 
 @pytest.fixture(scope="session")

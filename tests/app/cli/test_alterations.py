@@ -10,26 +10,28 @@ import duckdb
 import numpy as np
 import pytest
 import sqlalchemy as sa
-import yaml
 
 from benchmarks.alterations import alter, measure
 from relmodel.app.cli.main import main
 from relmodel.store import Store
-from tests.app.cli.conftest import Inspection, Pair
-from tests.app.cli.slider import write_world
+from relmodel.world import place_world
+from tests.app.cli.conftest import Inspection
+from tests.app.cli.slider import URDF
 from tests.given import Capsys, CopyStore
 from tests.json_schema import violations
 from tests.reading import load
+from tests.synthetic_model import write_world as world_file
+from vision.cameras.cameras import perturb
 
 
-def test_alterations_are_noticed(inspection: Inspection, tmp_path: Path) -> None:
-    found = measure(Path(inspection.store), inspection.answer["run"], 1, 3, tmp_path)
+def test_alterations_are_noticed(blocks_seen: Inspection, tmp_path: Path) -> None:
+    found = measure(Path(blocks_seen.store), blocks_seen.answer["run"], 1, 3, tmp_path)
     assert [one for one in found if one.noticed_by == "nobody"] == []
 
 
-def test_alterations_are_noticed_on_postgresql(postgresql_inspection: Inspection, copy_store: CopyStore) -> None:
-    with Store.open(copy_store(postgresql_inspection.store)) as store:
-        found = alter(store, postgresql_inspection.answer["run"], "unit_relation", np.random.default_rng(1))
+def test_alterations_are_noticed_on_postgresql(blocks_on_postgresql: Inspection, copy_store: CopyStore) -> None:
+    with Store.open(copy_store(blocks_on_postgresql.store)) as store:
+        found = alter(store, blocks_on_postgresql.answer["run"], "unit_relation", np.random.default_rng(1))
         assert found.noticed_by != "nobody"
 
 
@@ -50,9 +52,9 @@ OF_MATCHING = {
 }  # fmt: skip
 
 
-def test_what_matching_goes_by_is_worked_out_anew(inspection: Inspection, copy_store: CopyStore) -> None:
+def test_what_matching_goes_by_is_worked_out_anew(blocks_seen: Inspection, copy_store: CopyStore) -> None:
     """By the query that knows nothing of the digests of what was written."""
-    with Store.open(copy_store(inspection.store)) as store:
+    with Store.open(copy_store(blocks_seen.store)) as store:
         with store.read() as connection:
             assert store.rows(connection, "check/matching_rows") == []
         for change, expected in OF_MATCHING.items():
@@ -84,9 +86,9 @@ def replayed(store: str, run: int, capsys: Capsys) -> tuple[int, dict[str, Any],
     return status, {row["relation"]: row for row in rows}, words
 
 
-def test_all_comes_out_again(postgresql_inspection: Inspection, capsys: Capsys) -> None:
+def test_all_comes_out_again(blocks_on_postgresql: Inspection, capsys: Capsys) -> None:
     """On PostgreSQL; what DuckDB gives again, the test below and those of `tests/vision/inspection` compare."""
-    store, run = postgresql_inspection.store, postgresql_inspection.answer["run"]
+    store, run = blocks_on_postgresql.store, blocks_on_postgresql.answer["run"]
     status, rows, words = replayed(store, run, capsys)
     assert (status, words, [row for row in rows.values() if row["differing"]]) == (0, "", [])
     assert all(row["rows"] == row["again"] > 0 and (row["difference"] or 0.0) < 1e-9 for row in rows.values())
@@ -94,11 +96,12 @@ def test_all_comes_out_again(postgresql_inspection: Inspection, capsys: Capsys) 
         ledger = connection.scalars(sa.text("SELECT DISTINCT relation FROM ledger WHERE run_id = :run"), {"run": run})
         written = {name for name in ledger if "run_id" in opened.table(name).c}
     assert (written - {"run_event", "row_digest"}) | {"edge_element", "unit_relation"} <= set(rows)
+    assert main(["check", "--store", store]) == 0
 
 
-def test_without_pictures_nothing_is_made_again(inspection: Inspection, copy_store: CopyStore, capsys: Capsys) -> None:
+def test_without_pictures_nothing_is_made_again(blocks_seen: Inspection, copy_store: CopyStore, capsys: Capsys) -> None:
     """Which is said, as it is of runs that inspected nothing; labellings are proved from their rows all the same."""
-    store, run = altered(copy_store(inspection.store), "DELETE FROM image_blob"), str(inspection.answer["run"])
+    store, run = altered(copy_store(blocks_seen.store), "DELETE FROM image_blob"), str(blocks_seen.answer["run"])
     refused = {run: f"so that run {run} cannot be made again", "1": "of kind load", "99": "there is no run 99"}
     for number, words in refused.items():
         assert main(["replay", number, "--store", store]) == 2
@@ -109,7 +112,7 @@ def test_without_pictures_nothing_is_made_again(inspection: Inspection, copy_sto
 
 
 def test_a_run_that_kept_decisions_alone_is_made_again(
-    minimal: Inspection, pair: Pair, copy_store: CopyStore, tmp_path: Path, capsys: Capsys
+    minimal: Inspection, copy_store: CopyStore, tmp_path: Path, capsys: Capsys
 ) -> None:
     """What was altered is told; what has changed since is named and not failed: another version of a package, other
     code, another revision of the world, and a variant that was loaded later."""
@@ -118,13 +121,11 @@ def test_a_run_that_kept_decisions_alone_is_made_again(
         "UPDATE run SET versions = json_merge_patch(versions, '{\"numpy\": \"1.0\"}'), code_sha256 = 'other'",
         f"UPDATE inspection SET reason = 'as I said' WHERE run_id = {minimal.answer['run']}",  # noqa: S608
     )
-    slider, file = write_world(tmp_path, pair.rig_file, pair.prior["world_from_rig"], "slider")
-    world = yaml.safe_load(file.read_text())
-    world["objects"][0]["world_from_object"][0][3] += 100.0
-    file.write_text(yaml.safe_dump(world))
-    assert main(["world", str(file), "--store", store]) == 0
+    aside = {"object": "blocks", "world_from_object": perturb(np.eye(4), np.array([100.0, 0, 0, 0, 0, 0])).tolist()}
+    (tmp_path / "slider.urdf").write_text(URDF)
     with Store.open(store) as opened:
-        load(opened, slider, name="bulkhead", variant="B")
+        place_world(opened, world_file(tmp_path / "world.yaml", "table", [aside]))
+        load(opened, tmp_path / "slider.urdf", name="blocks", variant="B")
     status, rows, words = replayed(store, minimal.answer["run"], capsys)
     told = {name: (row["column"], row["differing"]) for name, row in rows.items() if row["differing"]}
     assert (status, told) == (1, {"inspection": ("reason", 1)})
@@ -148,7 +149,7 @@ def printed(capsys: Capsys, *words: str) -> dict[str, int]:
     return {row["relation"]: row["rows"] for row in json.loads(capsys.readouterr().out)}
 
 
-@pytest.mark.parametrize("engine", ["inspection", "postgresql_inspection"])
+@pytest.mark.parametrize("engine", ["blocks_seen", "blocks_on_postgresql"])
 def test_what_would_go_goes_and_all_else_stays(
     engine: str, request: pytest.FixtureRequest, copy_store: CopyStore, capsys: Capsys
 ) -> None:
@@ -158,21 +159,18 @@ def test_what_would_go_goes_and_all_else_stays(
     with Store.open(target, read_only=True) as store:
         whole = counts(store)
     shown = printed(capsys, "prune", "pictures", *call)
-    assert shown == {"image_blob": 2}
+    assert shown == {"image_blob": len(made.answer["world_from_camera"])}
     with Store.open(target, read_only=True) as store:
         assert counts(store) == whole, "nothing goes unless it is told to"
     assert printed(capsys, "prune", "pictures", *call, "--yes") == shown
     assert printed(capsys, "prune", "pictures", *call, "--yes") == {}, "they went already"
 
-    shown = printed(capsys, "prune", "runs", *call)
-    assert printed(capsys, "prune", "runs", *call, "--yes") == shown
+    runs = printed(capsys, "prune", "runs", *call)
+    assert printed(capsys, "prune", "runs", *call, "--yes") == runs
     with Store.open(target, read_only=True) as store:
         left = counts(store)
     of_runs = {"run", "run_event", "ledger", "pruned_run"}
-    assert {n: whole[n] - left[n] for n in whole if n not in of_runs and whole[n] != left[n]} == {
-        **shown,
-        "image_blob": 2,
-    }
+    assert {n: whole[n] - left[n] for n in whole if n not in of_runs and whole[n] != left[n]} == runs | shown
     found = ("inspection", "hypothesis", "view_arc", "correspondence", "edge_element", "image_arc", "unit", "threshold")
     assert not any(left[name] for name in found)
     stays = ("run_input", "image", "rig", "camera", "object_node", "placed_body", "arc")
@@ -183,18 +181,18 @@ def test_what_would_go_goes_and_all_else_stays(
     assert "was pruned by run" in capsys.readouterr().err
 
 
-def test_a_selection_is_asked_for(inspection: Inspection, capsys: Capsys) -> None:
-    assert main(["prune", "runs", "--store", inspection.store]) == 2
+def test_a_selection_is_asked_for(blocks_seen: Inspection, capsys: Capsys) -> None:
+    assert main(["prune", "runs", "--store", blocks_seen.store]) == 2
     assert "no runs are chosen for pruning" in capsys.readouterr().err
     for words in (("--older-than", "1"), ("--state", "failed"), ("--verdict", "refused")):
-        assert printed(capsys, "prune", "runs", *words, "--store", inspection.store) == {}
-    assert "inspection" in printed(capsys, "prune", "runs", "--older-than", "0", "--store", inspection.store)
+        assert printed(capsys, "prune", "runs", *words, "--store", blocks_seen.store) == {}
+    assert "inspection" in printed(capsys, "prune", "runs", "--older-than", "0", "--store", blocks_seen.store)
 
 
 def test_minimal_audit_keeps_decisions_and_pictures_of_others_stay(
-    inspection: Inspection, minimal: Inspection, capsys: Capsys
+    blocks_seen: Inspection, minimal: Inspection, capsys: Capsys
 ) -> None:
-    target, first, again = minimal.store, inspection.answer, minimal.answer
+    target, first, again = minimal.store, blocks_seen.answer, minimal.answer
 
     def rows(table: str, run: Any) -> int:
         with duckdb.connect(target, read_only=True) as connection:

@@ -23,22 +23,22 @@ from vision.cameras.images import read_picture
 from vision.inspection.pictures import measure_quality
 
 
-def test_names_and_their_order_change_no_digit(inspection: Inspection, minimal: Inspection, pair: Pair) -> None:
+def test_names_and_their_order_change_no_digit(blocks_seen: Inspection, minimal: Inspection) -> None:
     """Not even where the one that comes first in the rig is given last, between options, and comes last by its name;
     nor do matched arcs, which the first has."""
     answer = minimal.answer
     same = ("world_from_rig", "covariance", "posterior", "sigma", "hypotheses", "parts_in_view", "equivalent")
-    assert {key: answer[key] for key in same} == {key: inspection.answer[key] for key in same}
-    states, matched = ([it["state"] for it in one["presence"]["items"]] for one in (answer, inspection.answer))
+    assert {key: answer[key] for key in same} == {key: blocks_seen.answer[key] for key in same}
+    states, matched = ([it["state"] for it in one["presence"]["items"]] for one in (answer, blocks_seen.answer))
     assert states == matched
     assert list(answer["world_from_camera"]) == ["prior", "below"]
-    assert list(answer["world_from_camera"].values()) == list(inspection.answer["world_from_camera"].values())
+    assert list(answer["world_from_camera"].values()) == list(blocks_seen.answer["world_from_camera"].values())
     newest = "run_id = (SELECT max(id) FROM run)"
     with relmodel.open(minimal.store) as opened:
         given = opened.query(f"SELECT role, name FROM run_input WHERE {newest} ORDER BY role")  # noqa: S608
         cameras = opened.query(f"SELECT camera FROM inspection_image WHERE {newest} ORDER BY camera_no")  # noqa: S608
     assert list(given) == [
-        ("below", "right.png"), ("camera prior", "left.png"), ("prior", pair.prior_file.name), ("rig", "named.yaml"),
+        ("below", "right.png"), ("camera prior", "left.png"), ("prior", "prior.yaml"), ("rig", "named.yaml"),
     ]  # fmt: skip
     assert list(cameras) == [("prior",), ("below",)]
 

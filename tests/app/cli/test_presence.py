@@ -188,12 +188,17 @@ def everywhere(target: str, run: int, found: Found, folder: Path) -> dict[str, s
     return told | {"file": said["file"].read_text()}
 
 
-def test_the_outcome_stands_wherever_the_verdict_stands(found: Found, target: str, tmp_path: Path) -> None:
-    """A row under it is altered, and all say so: nothing above an answer keeps a verdict of its own."""
+def test_the_outcome_stands_wherever_the_verdict_stands(
+    found: Found, target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A row under it is altered, and all say so: nothing above an answer keeps a verdict of its own.  Of many findings
+    a page shows what one camera sees, the one that should see most."""
     run = found.run
+    monkeypatch.setattr("relmodel.app.report.run.MOST_CROPS", 1)
     with Store.open(target) as store, store.write() as connection:
         connection.exec_driver_sql("UPDATE inspection SET verdict = 'ambiguous'")
         altered = replace(found, outcome=read_outcome(store, connection, run))
+        items = [row.item_no for row in store.rows(connection, "result/finding", run_id=run)]
     said, told = altered.outcome, everywhere(target, run, altered, tmp_path)
     assert said.words.startswith("pose not unique; part not enough seen; ")
     assert told["terminal"].splitlines()[-1] == f"run {run}: {said.words}"  # a terminal shows the end
@@ -204,6 +209,10 @@ def test_the_outcome_stands_wherever_the_verdict_stands(found: Found, target: st
         (row,) = json.loads(told[name])
         assert {name: row[name] for name in counts} == counts
     assert all(evidence in told[name] for evidence in said.variants for name in ("terminal", "why", "page"))
+    crops = [a["aria-label"] for _, a in Page((tmp_path / "run.html").read_text()).elements if a.get("class") == "crop"]
+    most = "SELECT camera FROM presence_camera WHERE run_id = :run AND item_no = :item ORDER BY expected_log_odds DESC"
+    best = [asked(target, most, run=run, item=item)[0][0] for item in items]
+    assert crops[::2] == [f"what camera {name} shows" for name in best]
 
 
 GOOD = {"changed": 0, "contradicted": 0, "checked": 9, "in_view": 12, "variant": None}
@@ -265,7 +274,7 @@ def test_the_overlay_shows_states_where_cameras_see_them(other_variant: Inspecti
 
 
 def test_findings_come_first_with_what_each_camera_shows(
-    answer: Answer, store: Store, other_variant: Inspection, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    answer: Answer, store: Store, other_variant: Inspection, tmp_path: Path
 ) -> None:
     """The hole of 88 mm for 104: its size and limit, its own link, and crops that show it in both cameras."""
     with store.read() as connection:
@@ -292,12 +301,6 @@ def test_findings_come_first_with_what_each_camera_shows(
         u, v = (np.array(truth["cameras"][camera]["matrix"]) @ (seen[:3] / seen[2]))[:2] / 2
         assert abs(u - u0 - width / 2) < width / 4
         assert abs(v - v0 - height / 2) < height / 4
-    monkeypatch.setattr("relmodel.app.report.run.MOST_CROPS", 1)
-    assert main(["report", "-o", str(page), "--store", other_variant.store]) == 0
-    shown = [a["aria-label"] for _, a in Page(page.read_text()).elements if a.get("class") == "crop"][::2]
-    most = "SELECT camera FROM presence_camera WHERE run_id = :run AND item_no = :item ORDER BY expected_log_odds DESC"
-    best = [asked(other_variant.store, most, run=answer["run"], item=row.item_no)[0][0] for row in findings]
-    assert shown == [f"what camera {name} shows" for name in best]
 
 
 def test_decisions_are_kept_shown_and_sealed(target: str, tmp_path: Path, capsys: Capsys) -> None:
@@ -317,12 +320,3 @@ def test_decisions_are_kept_shown_and_sealed(target: str, tmp_path: Path, capsys
     whole = page.read_text()
     page.write_text(whole.replace("rejected by", "accepted by"))
     assert main(sealed) == 1  # of a store that changed since: the test of a part's report
-
-
-def test_postgresql_answers_from_the_rows(postgresql_inspection: Inspection) -> None:
-    """The right model: what is counted as contradicted is what the rows say, and no variant was weighed."""
-    said = {name: answered(postgresql_inspection.store, name) for name in ("contradicted_features", "variants_seen")}
-    items = postgresql_inspection.answer["presence"]["items"]
-    against = {i["path"] for i in items if i["level"] == "feature" and i["state"] in ("contradicted", "not_confirmed")}
-    assert {r["path"] for r in said["contradicted_features"]} == against
-    assert [i["path"] for i in items if i["qif"] == "FAIL"] == said["variants_seen"] == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from tests.pages import Page
 from tests.vision.localisation.scenes import above, blocks, picture
 from vision.cameras.cameras import Camera, perturb, perturbation
 from vision.cameras.standpoints import read_standpoints
+from vision.localisation.localise import localise
 
 SIGMA = np.repeat([1.0, np.radians(0.1)], 3)
 
@@ -146,12 +148,14 @@ def test_a_call_names_standpoints_or_pictures(words: list[str], capsys: Capsys) 
 def test_two_arms_are_one_inspection_that_corrects_both_bases(
     blocks_template: Path, copy_store: CopyStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    """Arms of unlike rigs, by joints, whose bases are off by 3 mm and .2 degrees: told to a tenth of that."""
+    """Arms of unlike rigs, by joints, whose bases are off by 3 mm and .2 degrees: two pictures tell that to a tenth.
+    Made again, the poses are sought from the same rig and prior, and rows are equal."""
     monkeypatch.chdir(tmp_path)
     store, rng = copy_store(str(blocks_template)), np.random.default_rng(3)
     lines, truth = ["name,on,left,cam,joints,sigma_mm,sigma_deg"], {}
     world: dict[str, Any] = {"world": "table", "objects": [{"object": "blocks", "role": "inspected"}]}
-    for arm, name, focal, stop in (("one", "left", 350.0, "00"), ("two", "cam", 420.0, "03")):
+    arms = (("one", "left", 350.0, "00", (-70, 60)), ("two", "cam", 420.0, "03", (60,)))
+    for arm, name, focal, stop, travels in arms:
         matrix = np.array([[focal, 0, 161], [0, focal, 121], [0, 0, 1]])
         camera = {"width": 320, "height": 240, "matrix": matrix.tolist(), "sigma": {"centre_px": 0}}
         Path(f"{name}.yaml").write_text(yaml.safe_dump({"cameras": {name: camera | {"rig_from_camera": FRAME}}}))
@@ -159,7 +163,7 @@ def test_two_arms_are_one_inspection_that_corrects_both_bases(
         mount = np.linalg.inv(base @ carriage(0)) @ STOOD[stop]
         shift, turn = (way / np.linalg.norm(way) for way in rng.normal(size=(2, 3)))
         truth[arm] = perturb(base, np.concatenate([3 * shift, np.radians(0.2) * turn]))
-        for travel in (-70, 60):
+        for travel in travels:
             stood = perturb(truth[arm] @ carriage(travel) @ mount, rng.normal(size=6) * SIGMA / 20)
             Image.fromarray(picture(blocks(), Camera(320, 240, matrix), stood, 1)).save(f"{arm}{travel}.png")
             pictures = ",".join(f"{arm}{travel}.png" if name == it else "" for it in ("left", "cam"))
@@ -174,13 +178,24 @@ def test_two_arms_are_one_inspection_that_corrects_both_bases(
     assert main(["load", "slider.urdf", "--object", "slider", "--store", store]) == 0
     assert main(["world", "world.yaml", "--store", store]) == 0
     capsys.readouterr()
+    kept: list[Any] = []
+
+    def localise_once(scene: Any, seen: Any, prior: Any, *given: Any) -> Any:
+        sought = [asdict(seen.rig), asdict(prior)]
+        if not kept:
+            kept.extend((sought, localise(scene, seen, prior, *given)))
+        np.testing.assert_equal(sought, kept[0])
+        return kept[1]
+
+    monkeypatch.setattr("vision.inspection.locate.localise", localise_once)
     answer = inspected(store, "--rig", "left.yaml", "--standpoints", "scan.csv", "--ignore-standpoint", "other")
     assert answer["verdict"] == "accepted", answer["missing"]
-    assert [it["carrier"] for it in answer["standpoints"]] == ["one", "one", "two", "two", "two"]
+    assert [it["carrier"] for it in answer["standpoints"]] == ["one", "one", "two", "two"]
     assert [it["carrier"] for it in answer["base_corrections"]] == ["one", "two"]
     for it in answer["base_corrections"]:
         off = perturbation(truth[it["carrier"]], np.array(it["world_from_object"]))
-        assert np.linalg.norm(off[:3]) < 0.3, it["carrier"]
-        assert np.degrees(np.linalg.norm(off[3:])) < 0.02, it["carrier"]
+        fewer = 3 if it["carrier"] == "two" else 1  # one picture knows less than two
+        assert np.linalg.norm(off[:3]) < 0.3 * fewer, it["carrier"]
+        assert np.degrees(np.linalg.norm(off[3:])) < 0.02 * fewer, it["carrier"]
         assert off @ np.linalg.solve(it["covariance"], off) < 30, it["carrier"]
     assert main(["replay", "--store", store]) == main(["check", "--store", store]) == 0

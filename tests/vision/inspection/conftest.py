@@ -9,12 +9,14 @@ import pytest
 
 import relmodel
 from relmodel.app.api import OpenStore
+from tests.app.cli import conftest as cli
 from tests.app.cli.conftest import Inspection, bulkhead_template, inspection, loaded, pair
 from tests.app.conftest import compiled
 from tests.given import CopyStore
 from vision.inspection import Inspection as Answer
 
 __all__ = ["bulkhead_template", "compiled", "inspection", "loaded", "pair"]  # fixtures
+blocks_pair, blocks_seen, blocks_template = cli.blocks_pair, cli.blocks_seen, cli.blocks_template
 
 DEMO = Path(__file__).parents[3] / "examples/demo"
 Done = tuple[OpenStore, Answer]

@@ -134,8 +134,8 @@ def test_a_missing_bolt_is_told_as_missing_and_not_as_the_hole_beneath_it(
     with relmodel.open(duckdb_file, read_only=False) as store:
         load(store, folder / "gearbox_A.step", name="gearbox", variant="A")
         store.place(folder / "world.yaml")
-        pictures = {name: folder / f"bolt0_{name}.png" for name in ("left", "right")}
-        found = store.inspect(rig=folder / "stereo.yaml", pictures=pictures, prior=tmp_path / "prior.yaml")
+        picture = {"right": folder / "bolt0_right.png"}
+        found = store.inspect(rig=folder / "stereo.yaml", pictures=picture, prior=tmp_path / "prior.yaml")
     assert found.presence is not None
     said = {item["path"]: item for item in found.presence["items"] if item["level"] == "part"}
     bolt = said["gearbox/BOLT_3"]
