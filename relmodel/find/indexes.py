@@ -267,8 +267,8 @@ class RangeTree(BoxIndex):
     beginnings (chapter 5); no box is found twice.  A list stores for each box the greatest z of the boxes up to it, so
     that a binary search finds whether one of them meets [q0, q1] in z.  Groups of a few boxes are lists without trees.
 
-    It takes O(n log^2 n) memory, some hundred times that of the boxes: use it for questions of existence whose cost
-    must not depend on the arrangement of the boxes.
+    It takes O(n log^2 n) memory, some hundred times that of the boxes: use it where the cost must not depend on how
+    they lie.
     """
 
     def __init__(self, boxes: npt.ArrayLike) -> None:
