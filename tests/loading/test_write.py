@@ -110,6 +110,10 @@ def test_nodes_stand_where_their_frames_put_them(rows: dict[str, list[dict[str, 
             assert names[node["part_id"]] == part
             assert np.abs(np.array([node[c] for c in BOX], float) - box).max() < 1e-3
     assert set(nodes) == set(truth)
+    numbers = {node["node_no"]: path for path, node in nodes.items()}
+    assert all(
+        numbers.get(node["parent_no"]) == (path.rpartition("/")[0] if path else None) for path, node in nodes.items()
+    )
     assert len(set(bodies.values())) == len(bodies) == 2
     placed_parts = [node for node in nodes.values() if node["part_id"]]
     pages = {row["page"]: row for row in rows["object_page"] if row["object_id"] == first}

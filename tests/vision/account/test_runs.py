@@ -64,10 +64,11 @@ def test_an_edge_that_wavers_stays_whole_and_runs_stay_apart() -> None:
     rng = np.random.default_rng(2)
     straight = edge(unit(rng.normal(0.0, 0.1, 300)))
     assert part_at_turns(straight, P).run.max() == 0
-    two = samples_at(
-        np.zeros((40, 2)), unit(np.repeat([0.0, 2.0], 20)), np.zeros((40, 2), np.int64), np.arange(40) // 20
-    )
-    assert part_at_turns(two, P).run.tolist() == [0] * 20 + [1] * 20
+    turns = unit(np.linspace(0, 2 * np.pi, 90, endpoint=False)), unit(np.linspace(0, 2, 37))
+    alone = [part_at_turns(edge(it), P).run for it in turns]
+    both, px = np.concatenate(turns), 90 + 37
+    two = samples_at(np.zeros((px, 2)), both, np.zeros((px, 2), np.int64), np.arange(px) // 90)
+    assert part_at_turns(two, P).run.tolist() == [*alone[0], *(alone[0].max() + 1 + alone[1])]
 
 
 def runs_of(camera: Ints, arc: Ints, surface: Ints, in_light: Floats, px: Floats) -> EdgeRuns:
