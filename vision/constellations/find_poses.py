@@ -345,7 +345,7 @@ def _fit_best(
     scored = voted[best_distinct(voted, arcs.score(voted, few), points.middle, FITTED)]
     fitted = arcs.fit(scored, many)
     share = arcs.score(fitted, many)
-    for pose in fitted[_best_ways(fitted, share)]:
+    for pose in fitted[best_ways(fitted, share)]:
         again = arcs.fit(arcs.shifted(pose, many), few)
         if prior is not None:
             again = again[are_near(again, prior)]
@@ -384,7 +384,7 @@ def _vote(poses: Floats, rarity: Floats, points: ScenePoints) -> Ints:
     return np.asarray(first[np.unique(np.concatenate(most))], np.int64)
 
 
-def _best_ways(poses: Floats, share: Floats) -> Ints:
+def best_ways(poses: Floats, share: Floats) -> Ints:
     """The best pose of each way the rig is turned that explains nearly as much as the best of all."""
     turned = poses.copy()
     turned[:, :3, 3] = 0

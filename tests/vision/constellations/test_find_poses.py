@@ -26,6 +26,7 @@ from vision.constellations.find_poses import (
     ScenePoints,
     are_near,
     best_distinct,
+    best_ways,
     candidates,
     count_alike,
     find_poses,
@@ -164,6 +165,13 @@ def test_the_best_of_poses_that_are_one_is_kept() -> None:
     assert best_distinct(poses, score, middle, 3).tolist() == [2, 0, 4]
     # Seen elsewhere, what turns moves.
     assert 3 in best_distinct(poses, score, middle - np.array([400, 0, 0]), 9)
+
+
+def test_one_pose_of_each_turn_that_explains_nine_tenths_of_the_best_is_shifted() -> None:
+    poses = np.tile(np.eye(4), (4, 1, 1))
+    poses[:, :3, :3] = rotation_matrix(np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 1], [0, 0, 2]]))
+    poses[1, :3, 3] = 500.0
+    assert best_ways(poses, np.array([0.49, 0.5, 0.46, 0.44])).tolist() == [1, 2]
 
 
 def test_poses_that_several_pictures_give_have_the_votes_of_all() -> None:
