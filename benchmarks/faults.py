@@ -64,11 +64,7 @@ BESIDE = {  # folder or file of code: folders of tests
     "queries/find": ["tests/find"],
     "queries/matching": ["tests/vision/matching", "tests/vision/relations"],
 }
-NAMED = {
-    "schema/105": "view_volume",
-    "schema": "long_parts",
-    "queries/find": "long_parts",
-}  # whose tests are not named like the files
+NAMED = {"schema/105": "view_volume", "schema": "long_parts", "queries/find": "long_parts"}  # not named like the files
 TEST_SECONDS, CALL_SECONDS, MOST_SECONDS = 20.0, 120.0, 90.0
 LEAST, LEAST_OF_FOLDER = 0.85, 0.70
 

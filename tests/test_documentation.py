@@ -1,8 +1,4 @@
-"""The documentation's site: its drawings are those of the schema.
-
-`make docs`, a step of CI, builds it and takes a warning, as of a link that leads nowhere or a page in no list, for an
-error.
-"""
+"""The documentation's site: its drawings are those of the schema.  `make docs`, a step of CI, builds it."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from OCP.Geom import Geom_BSplineCurve
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Circ, gp_Dir, gp_Elips, gp_Pnt, gp_Vec
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDocStd import TDocStd_Document
-from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID, TopAbs_VERTEX
+from OCP.TopAbs import TopAbs_EDGE, TopAbs_SOLID, TopAbs_VERTEX
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
 from OCP.XCAFApp import XCAFApp_Application
@@ -273,8 +273,3 @@ def clip() -> Shape:
     upright = gp_Ax2(gp_Pnt(0, 9, 22), gp_Dir(0, 1, 0))
     tools.append(BRepPrimAPI_MakeCylinder(upright, 7.0, 8.0).Shape())
     return boolean(BRepAlgoAPI_Cut(), bent, tools)
-
-
-def face_count(shape: Shape) -> int:
-    """Distinct faces."""
-    return len(explore(shape, TopAbs_FACE))

@@ -1,11 +1,10 @@
-"""The list of trials, what is drawn from it, and its truth, against closed forms and the golden tables; no renderer."""
+"""The list of trials, what is drawn from it, and its truth, against closed forms; no renderer."""
 
 from __future__ import annotations
 
 import json
 import sys
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -15,19 +14,10 @@ import yaml
 pytest.importorskip("OCP")
 
 from examples.render import trials
-from examples.render.families import FAMILIES
 from examples.render.files import truth_data
-from examples.render.model import Component, Part, read_components
-from examples.render.objects import OBJECTS, make_object, write_step
+from examples.render.model import Component, Part
 from examples.render.truth import Caster
 from examples.render.views import Camera, Shot
-
-GOLDEN = Path(__file__).parents[2] / "examples/bulkhead/golden/bulkhead_A.json"
-
-
-def golden() -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = json.loads(GOLDEN.read_text())["features"]
-    return rows
 
 
 def cuboid(name: str, low: tuple[float, float, float], high: tuple[float, float, float]) -> Component:
@@ -66,17 +56,6 @@ def test_visible_pixels_of_a_cuboid_are_those_within_its_outline() -> None:
     assert lower["unoccluded_px"] == whole
     assert lower["visible_px"] == whole - upper["visible_px"]
     assert truth["cameras"]["left"]["background_share"] == pytest.approx(1 - whole / (320 * 240), abs=1e-5)
-
-
-@pytest.mark.parametrize("what", [*OBJECTS, *FAMILIES])
-def test_objects_stand_on_the_table_and_are_written_as_step(what: str, tmp_path: Path) -> None:
-    shapes, placed = make_object(what, np.random.default_rng([5, 14]))
-    write_step((shapes, placed), tmp_path / "model.step")
-    components = read_components(tmp_path / "model.step")
-    assert [c.path for c in components] == [name for name, _, _ in placed]
-    points = np.concatenate(Caster(components).vertices)
-    assert points[:, 2].min() == pytest.approx(0, abs=0.02)
-    assert 15 < np.ptp(points, axis=0).max() < 330
 
 
 def test_the_files_of_a_trial_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -50,7 +50,6 @@ def draw(
 def triangulate(
     curves: list[Floats], *kinds: int, noise: float = 0.0, light: float = 0.0, common: float = 0.0
 ) -> SpaceArcs:
-    """What both pictures show of curves; kinds: as arcs of both, or of either."""
     rng = np.random.default_rng(5)
     shift = rng.normal(0, light, (2, len(curves))) + rng.normal(0, common, len(curves))
     left, right = (
