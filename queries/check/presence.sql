@@ -30,9 +30,9 @@ LEFT JOIN another AS a ON a.run_id = s.run_id AND a.item_no = s.item_no
 WHERE (s.state = 'changed' AND a.run_id IS NULL AND s.reason <> 'a feature of it is not as modelled')
     OR (s.state NOT IN ('changed', 'contradicted') AND a.run_id IS NOT NULL)
 UNION ALL
-SELECT DISTINCT s.run_id, s.item_no, 'a part passes with a feature that does not'
+SELECT DISTINCT s.run_id, s.item_no, 'a part passes with a feature that fails'
 FROM presence AS s
 JOIN presence AS f ON f.run_id = s.run_id AND f.occurrence_id = s.occurrence_id AND f.level = 'feature'
-    AND f.state IN ('changed', 'contradicted', 'not_confirmed')
-WHERE s.level = 'part' AND (s.state = 'confirmed' OR (f.state <> 'not_confirmed' AND s.state NOT IN ('changed', 'contradicted')))
+    AND f.state IN ('changed', 'contradicted')
+WHERE s.level = 'part' AND s.state NOT IN ('changed', 'contradicted')
 ORDER BY run_id, item_no, problem
