@@ -263,12 +263,10 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
     # No part passes with a feature that fails or is in doubt.
     feature, fails = np.array([level == "feature" for level in items.level], bool), (CHANGED, CONTRADICTED)
-
-    def with_feature(states: tuple[int, ...]) -> Bools:
-        return part & np.isin(items.occurrence, items.occurrence[feature & np.isin(state, states)])
-
-    settle(with_feature((NOT_CONFIRMED,)) & (state == CONFIRMED), NOT_CONFIRMED, OF_DOUBT)
-    settle(with_feature(fails) & ~np.isin(state, fails), CHANGED, OF_FEATURE)
+    of_feature = [items.occurrence[feature & np.isin(state, some)] for some in ((NOT_CONFIRMED,), fails)]
+    in_doubt, failing = (part & np.isin(items.occurrence, some) for some in of_feature)
+    settle(in_doubt & (state == CONFIRMED), NOT_CONFIRMED, OF_DOUBT)
+    settle(failing & ~np.isin(state, fails), CHANGED, OF_FEATURE)
     # No size of an undecidable item counts as changed.
     measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
     measures = Measures.stack([measures, signs.distances])
