@@ -18,7 +18,7 @@ from relmodel.store import Store
 from tests.holding import held
 from tests.store.children import CHILDREN, extract_and_die, make, migrate_by, tell_and_do
 
-KILLS = 2
+KILLS = 3
 ADDED = 100_000
 
 

@@ -94,7 +94,7 @@ def test_two_writers_beside_a_reader_lose_nothing(duckdb_file: Path, reader: Hol
 
 
 @pytest.mark.usefixtures("reader")
-@pytest.mark.parametrize("delay", np.random.default_rng(5).uniform(0.0, 0.3, 1).round(3).tolist())
+@pytest.mark.parametrize("delay", np.random.default_rng(5).uniform(0.0, 0.3, 2).round(3).tolist())
 def test_a_writer_that_is_killed_beside_a_reader_leaves_what_was_committed(duckdb_file: Path, delay: float) -> None:
     here, there = CHILDREN.Pipe()
     child = CHILDREN.Process(target=extract_for_ever, args=(str(duckdb_file), there))

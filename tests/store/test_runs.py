@@ -136,7 +136,7 @@ def test_own_run_is_left_alone(fresh_store: str) -> None:
         assert states(other) == ["running"]
 
 
-@pytest.mark.parametrize("delay", np.random.default_rng(4).uniform(0.0, 0.25, 1).round(3).tolist())
+@pytest.mark.parametrize("delay", np.random.default_rng(4).uniform(0.0, 0.25, 2).round(3).tolist())
 def test_kill_during_writing_leaves_what_was_committed(duckdb_template: Path, tmp_path: Path, delay: float) -> None:
     target = str(shutil.copy(duckdb_template, tmp_path / "a.duckdb"))
     here, there = CHILDREN.Pipe()
