@@ -341,7 +341,7 @@ def _fit_best(
     if not len(poses):
         return poses, rarity
     few, many = points.thin(FEW_POINTS), points.thin(POINTS)
-    voted = poses[_vote(poses, rarity, points)]
+    voted = poses[most_voted(poses, rarity, points)]
     scored = voted[best_distinct(voted, arcs.score(voted, few), points.middle, FITTED)]
     fitted = arcs.fit(scored, many)
     share = arcs.score(fitted, many)
@@ -373,7 +373,7 @@ def candidates(
     return prior, Perturbations(delta, share, [stage], enough)
 
 
-def _vote(poses: Floats, rarity: Floats, points: ScenePoints) -> Ints:
+def most_voted(poses: Floats, rarity: Floats, points: ScenePoints) -> Ints:
     """One pose of each cell of poses, those with most votes by count and those with most by rarity."""
     at = poses[:, :3, :3] @ points.middle + poses[:, :3, 3]
     cell = np.column_stack([np.rint(at / CELL_MM), np.rint(poses[:, :3, :2].reshape(-1, 6) / CELL_RAD)])

@@ -32,6 +32,7 @@ from vision.constellations.find_poses import (
     find_poses,
     find_poses_of_one_picture,
     gather_poses,
+    most_voted,
     sample_scene,
     solve_poses,
 )
@@ -165,6 +166,17 @@ def test_the_best_of_poses_that_are_one_is_kept() -> None:
     assert best_distinct(poses, score, middle, 3).tolist() == [2, 0, 4]
     # Seen elsewhere, what turns moves.
     assert 3 in best_distinct(poses, score, middle - np.array([400, 0, 0]), 9)
+
+
+def test_poses_that_put_the_scene_in_one_place_vote_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By count, and by rarity."""
+    scene = ScenePoints(np.array([[0.0, 0, 500]]), np.eye(3)[:1], np.ones(1))
+    moves = np.zeros((5, 6))
+    moves[2:4, 0], moves[3, 4] = 90.0, 0.5
+    poses = perturb(np.eye(4), moves)
+    assert most_voted(poses, np.ones(5), scene).tolist() == [0, 2, 3]
+    monkeypatch.setattr("vision.constellations.find_poses.SCORED", 1)
+    assert most_voted(poses, np.array([0.1, 0.1, 0.5, 1, 0.1]), scene).tolist() == [0, 3]
 
 
 def test_one_pose_of_each_turn_that_explains_nine_tenths_of_the_best_is_shifted() -> None:

@@ -233,7 +233,9 @@ def test_candidates_are_climbed_to_and_come_best_first() -> None:
         climb_from(scene, rig, fine, perturb(prior.world_from_rig, d), prior.information, (4.0, 1.0))
         for d in starts.delta
     ]
-    assert each.score.tolist() == sorted((it[1] for it in alone if it), reverse=True)
+    best_first = sorted((it for it in alone if it), key=lambda it: -it[1])
+    assert each.score.tolist() == [score for _, score in best_first]
+    np.testing.assert_allclose(perturb(prior.world_from_rig, each.delta), [pose for pose, _ in best_first], atol=1e-9)
     nothing = perturb(truth, np.array([0.0, 0, 0, np.pi, 0, 0]))
     assert climb_from(scene, rig, fine, nothing, prior.information, (4.0, 1.0)) is None
 
