@@ -14,10 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psycopg
 import pytest
 import sqlalchemy as sa
 import yaml
 from PIL import Image
+from psycopg.types.json import JsonDumper
 
 import vision.inspection
 from relmodel.app.cli.main import main
@@ -159,8 +161,8 @@ def minimal(
 def blocks_on_postgresql(
     new_store: NewStore, copy_store: CopyStore, blocks_pair: Pair, make_once: MakeOnce
 ) -> Inspection:
-    """The first on PostgreSQL, by the left camera alone."""
-    given = (*blocks_pair.options(right=None), "--match")
+    """The first on PostgreSQL."""
+    given = (*blocks_pair.options(), "--match")
     made = inspect_once(make_once, "postgresql_seen", lambda it: place_blocks(new_store("postgresql"), it), *given)
     return replace(made, store=copy_store(made.store))
 
@@ -363,19 +365,43 @@ def both_variants(inspection: Inspection, make_once: MakeOnce) -> str:
     return str(make_once("both", lambda folder: load_other(copied(inspection.store)(folder))) / "cell.duckdb")
 
 
-@pytest.fixture(scope="session")
-def postgresql_inspection(new_store: NewStore, copy_store: CopyStore, pair: Pair, make_once: MakeOnce) -> Inspection:
-    """The first on PostgreSQL: a copy for each worker, as nobody may have open what is copied."""
+def copy_rows(store: str, target: str) -> None:
+    """All rows of a DuckDB store to one of PostgreSQL, but what says which store it is: to be read."""
+    url = sa.make_url(target).set(drivername="postgresql").render_as_string(hide_password=False)
+    with Store.open(store, read_only=True) as read, read.read() as rows, psycopg.connect(url) as written:
+        written.execute("SET session_replication_role = replica")  # foreign keys hold where rows come from
+        written.adapters.register_dumper(dict, JsonDumper)
+        tables = "SELECT table_name FROM duckdb_tables() WHERE table_name NOT IN ('store', 'alembic_version')"
+        names = rows.execute(sa.text(tables)).scalars().all()
+        written.execute(f"TRUNCATE {', '.join(names)}")
+        for name in names:
+            found = rows.execute(sa.text(f"SELECT * FROM {name}"))  # noqa: S608
+            with written.cursor().copy(f"COPY {name} ({', '.join(found.keys())}) FROM STDIN") as copy:
+                for row in found:
+                    copy.write_row(row)
 
-    def begin(folder: Path) -> str:
+
+@pytest.fixture(scope="session")
+def on_postgresql(new_store: NewStore) -> Callable[[str], str]:
+    """A PostgreSQL store with the rows of a DuckDB store."""
+
+    def copy(store: str) -> str:
         target = new_store("postgresql")
-        load_bulkhead(target)
-        place(target, pair, folder)
-        run_as_owner(target, ["ANALYZE"])
+        copy_rows(store, target)
+        run_as_owner(target, ["ANALYZE"])  # as the server does in time: questions take a tenth of theirs
         return target
 
-    given = [*pair.options(overlay="FOLDER/overlay.png"), "--match"]
-    made = inspect_once(make_once, "postgresql_inspected", begin, *given)
-    own = copy_store(made.store)
-    run_as_owner(own, ["ANALYZE"])  # as the server does in time: questions take a tenth of theirs
-    return replace(made, store=own)
+    return copy
+
+
+@pytest.fixture(scope="session")
+def postgresql_inspection(
+    inspection: Inspection, on_postgresql: Callable[[str], str], copy_store: CopyStore, make_once: MakeOnce
+) -> Inspection:
+    """The rows of the first on PostgreSQL: a copy for each worker, as nobody may have open what is copied."""
+
+    def fill(folder: Path) -> None:
+        (folder / "target").write_text(on_postgresql(inspection.store))
+
+    made = make_once("postgresql_inspected", fill) / "target"
+    return replace(inspection, store=copy_store(made.read_text()))

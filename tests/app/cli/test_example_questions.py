@@ -19,9 +19,8 @@ import sqlalchemy as sa
 from relmodel.geometry.transforms import matrices
 from relmodel.resources import resource_dir
 from relmodel.store import Store
-from tests.app.cli.conftest import Inspection, Pair, answered, asked, load_other
+from tests.app.cli.conftest import Inspection, Pair, answered, asked
 from tests.app.cli.slider import BASE
-from tests.given import CopyStore
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 GOLDEN = {v: json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"}
@@ -34,11 +33,9 @@ def by_kind(variant: str, *kinds: str) -> list[dict[str, Any]]:
 
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def store(request: pytest.FixtureRequest, copy_store: CopyStore) -> Iterator[Store]:
-    if request.param == "duckdb":
-        target = request.getfixturevalue("both_variants")
-    else:
-        target = load_other(copy_store(request.getfixturevalue("postgresql_inspection").store))
+def store(request: pytest.FixtureRequest, both_variants: str) -> Iterator[Store]:
+    in_use = request.param == "duckdb"
+    target = both_variants if in_use else request.getfixturevalue("on_postgresql")(both_variants)
     with Store.open(target, read_only=True) as opened:
         yield opened
 

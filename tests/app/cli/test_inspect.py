@@ -17,7 +17,7 @@ from relmodel.app.cli.main import main
 from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.resources import user_name
 from relmodel.world.kinematics import Carrier
-from tests.app.cli.conftest import DEMO, Inspection, Pair, answered, asked, off_truth
+from tests.app.cli.conftest import DEMO, Inspection, Pair, asked, off_truth
 from tests.app.cli.slider import BASE, TRAVEL, carriage, carriage_from_rig, write_world
 from tests.given import Capsys, CopyStore
 from vision.inspection.demonstration import read_truth
@@ -81,15 +81,14 @@ def test_left_camera_alone_knows_less(answer: dict[str, Any], left_alone: Inspec
     assert np.linalg.slogdet(alone["covariance"])[1] > np.linalg.slogdet(answer["covariance"])[1]
 
 
-def test_postgresql_gives_the_same_answer(inspection: Inspection, postgresql_inspection: Inspection) -> None:
-    answer, there = inspection.answer, postgresql_inspection.answer
+def test_postgresql_gives_the_same_answer(blocks_seen: Inspection, blocks_on_postgresql: Inspection) -> None:
+    answer, there = blocks_seen.answer, blocks_on_postgresql.answer
     assert there["verdict"] == answer["verdict"]
     np.testing.assert_allclose(there["world_from_rig"], answer["world_from_rig"], atol=1e-9)
     np.testing.assert_allclose(there["covariance"], answer["covariance"], rtol=1e-6)
     assert there["parts_in_view"] == answer["parts_in_view"]
-    for name in ("contradicted_features", "variants_seen"):
-        paths = [[row.get("path") for row in answered(it.store, name)] for it in (inspection, postgresql_inspection)]
-        assert paths[0] == paths[1], name
+    states = [[(it["path"], it["state"]) for it in one["presence"]["items"]] for one in (answer, there)]
+    assert states[0] == states[1]
 
 
 Array = npt.NDArray[np.float64]
