@@ -20,6 +20,7 @@ from relmodel.geometry.transforms import matrices
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from tests.app.cli.conftest import Inspection, Pair, answered, asked
+from tests.given import CopyStore
 from tests.app.cli.slider import BASE
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
