@@ -15,7 +15,7 @@ from examples.render.objects import make_object, write_step
 from relmodel.app.cli.main import main
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
-from tests.app.cli.conftest import DEMO, Pair, asked, copied, halve, inspected
+from tests.app.cli.conftest import DEMO, Pair, asked, copied, inspected
 from tests.given import Capsys, CopyStore, MakeOnce
 from tests.json_schema import violations
 from tests.reading import load
@@ -36,13 +36,13 @@ class Held:
 
 
 @pytest.fixture(scope="session")
-def held(both_loaded: Path, other_pair: Pair, make_once: MakeOnce) -> Held:
-    """Two variants of the bulkhead, and a flange under two names; a picture of B held against three of them, and a
-    small one of A against the flange.  The first by a calibration of OpenCV: the only camera of a rig needs no name,
+def held(both_loaded: Path, other_pair: Pair, blocks_pair: Pair, make_once: MakeOnce) -> Held:
+    """Two variants of the bulkhead, and a flange under two names; a picture of B held against three of them, and one of
+    blocks against the flange.  The first by a calibration of OpenCV: the only camera of a rig needs no name,
     and one whose file does not say the size of pictures has that of the one given."""
 
     def inspect(folder: Path) -> None:
-        store, small = copied(both_loaded)(folder), halve("pair_00", folder, 2)
+        store = copied(both_loaded)(folder)
         write_step(make_object("turned", np.random.default_rng(1)), folder / "flange.step")
         with Store.open(store) as opened:
             for name in ("flange", "twin"):
@@ -56,7 +56,7 @@ def held(both_loaded: Path, other_pair: Pair, make_once: MakeOnce) -> Held:
         of_b = [str(other_pair.left), "--rig", str(folder / "one.yml")]
         answers = {
             "B": inspected(store, *of_b, "--against", "flange,bulkhead"),
-            "foreign": inspected(store, *small.options(prior=None, right=None), "--against", "flange"),
+            "foreign": inspected(store, *blocks_pair.options(prior=None, right=None), "--against", "flange"),
         }
         (folder / "answers.json").write_text(json.dumps(answers))
 
