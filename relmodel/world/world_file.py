@@ -113,7 +113,7 @@ def read_world_file(path: str | Path) -> WorldFile:
     return WorldFile(path, world, objects, rigs, mounts)
 
 
-def _json(text: str) -> dict[str, Any] | None:
+def json_mapping(text: str) -> dict[str, Any] | None:
     """What a file says that is JSON, a subset of YAML that is read a hundred times faster; None for anything else."""
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -149,7 +149,7 @@ def _read_yaml(path: Path) -> dict[str, Any]:
 
     try:
         text = read_bytes(path, "world file").decode("utf-8-sig")
-        data = _json(text) or yaml.load(text, Loader)
+        data = json_mapping(text) or yaml.load(text, Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         at = f" at line {mark.line + 1}" if mark else ""

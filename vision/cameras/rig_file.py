@@ -13,6 +13,7 @@ from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry import transforms
 from relmodel.names import read_text
+from relmodel.world.world_file import json_mapping
 from vision.cameras.cameras import CalibrationSigma, Camera, Rig
 
 # A rotation typed or rounded to six digits is off by some 1e-6; anything worse is a mistake, not round-off.
@@ -24,6 +25,8 @@ def parse_yaml(text: str, path: Path, what: str, loader: Any = None, *, first: b
     documents the first that is not empty."""
     import yaml
 
+    if loader is None and (read := json_mapping(text)):  # an answer of an inspection is long: YAML takes seconds
+        return read
     try:
         documents = yaml.load_all(text, Loader=loader or yaml.SafeLoader)
         data = next((it for it in documents if it is not None), None)

@@ -20,8 +20,8 @@ from relmodel.geometry.transforms import matrices
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from tests.app.cli.conftest import Inspection, Pair, answered, asked
-from tests.given import CopyStore
 from tests.app.cli.slider import BASE
+from tests.given import CopyStore
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 GOLDEN = {v: json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"}
