@@ -95,13 +95,12 @@ def endless_blocks(pitch: float) -> Scene:
     return box_scene(boxes)
 
 
-def stereo_rig() -> Rig:
-    """Two unlike cameras 120 mm apart, turned in a little, exactly known."""
+def stereo_rig(size: float = 1.0) -> Rig:
+    """Two unlike cameras 120 mm apart, turned in a little, exactly known; of smaller pictures by a factor."""
     right = perturb(np.eye(4), np.array([120.0, 2, -3, 0.004, -0.15, 0.01]))
-    cameras = {
-        "left": Camera(640, 480, np.array([[700.0, 0, 322], [0, 700, 238], [0, 0, 1]])),
-        "right": Camera(640, 480, np.array([[705.0, 0, 315], [0, 704, 243], [0, 0, 1]])),
-    }
+    lenses = {"left": [[700.0, 0, 322], [0, 700, 238]], "right": [[705.0, 0, 315], [0, 704, 243]]}
+    cameras = {n: Camera(int(640 * size), int(480 * size), np.array([*lens, [0, 0, 1 / size]]) * size)
+               for n, lens in lenses.items()}  # fmt: skip
     return Rig(cameras, {"left": np.eye(4), "right": right}, dict.fromkeys(cameras, CalibrationSigma()))
 
 
