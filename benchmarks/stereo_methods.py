@@ -32,8 +32,8 @@ import cv2
 import numpy as np
 from tabulate import tabulate
 
+from benchmarks.rendered_pairs import RenderedPair, find_region_siblings, find_siblings, measure_ends, read_pair
 from relmodel.arrays import Bools, Bytes, Floats, Ints
-from tests.vision.stereo.rendered import RenderedPair, find_region_siblings, find_siblings, measure_ends, read_pair
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.extract import extract

