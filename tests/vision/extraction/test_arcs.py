@@ -11,7 +11,6 @@ from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, measure_arcs
 from vision.extraction.chains import Chains, fill_gaps
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
-from vision.extraction.fits import fit_ellipses
 from vision.extraction.segmentation import fit_arcs
 
 ANGLES = np.deg2rad([0, 15, 70, 213])
@@ -124,28 +123,6 @@ def test_small_discs_are_as_large_as_they_are(radius: float) -> None:
         found.append((*error, error @ np.linalg.solve(arcs.covariance[0, :3, :3], error) / 3))
     assert abs(np.mean(found, axis=0)[2]) < 0.02
     assert np.mean(found, axis=0)[3] < 2.0
-
-
-def test_ellipse_through_part_of_its_course() -> None:
-    t = np.linspace(0.2, 3.4, 120)
-    x, y = (
-        500 + 80 * np.cos(t) * np.cos(0.5) - 50 * np.sin(t) * np.sin(0.5),
-        300 + 80 * np.cos(t) * np.sin(0.5) + 50 * np.sin(t) * np.cos(0.5),
-    )
-    rng = np.random.default_rng(0)
-    noisy_x, noisy_y = x + rng.normal(0, 0.05, 120), y + rng.normal(0, 0.05, 120)
-    # a line determines none, and spoils none of its neighbours
-    found = fit_ellipses(
-        np.concatenate([t, noisy_x, t]),
-        np.concatenate([2 * t, noisy_y, 2 * t]),
-        np.ones(360),
-        np.array([120, 120, 120]),
-    )
-    assert np.isfinite(found.square).tolist() == [False, True, False]
-    assert (found.centre_x[1], found.centre_y[1]) == pytest.approx((500, 300), abs=0.5)
-    assert (found.major[1], found.minor[1]) == pytest.approx((80, 50), abs=0.5)
-    assert found.angle[1] == pytest.approx(0.5, abs=0.01)
-    assert np.sqrt(found.square[1]) == pytest.approx(0.05, rel=0.2)
 
 
 def test_a_rounded_square_is_four_lines_and_four_quarter_circles() -> None:
