@@ -84,17 +84,6 @@ def test_an_edge_that_wavers_as_much_as_it_bows_is_no_curve(waver: float, kind: 
     assert arcs.length.sum() > 150
 
 
-@pytest.mark.parametrize("radius", [8.0, 45.0])
-def test_a_disc_is_one_closed_circle_of_its_radius(radius: float) -> None:
-    arcs = arcs_of(noisy(disc(60.3, 58.8, radius, (120, 120)), 4.0))
-    arcs = arcs.take(arcs.length > 20)
-    assert arcs.kind.tolist() == [CIRCULAR]
-    assert arcs.closed.all()
-    assert arcs.radius[0] == pytest.approx(radius, abs=0.05)
-    assert np.hypot(arcs.centre_x[0] - 60.3, arcs.centre_y[0] - 58.8) < 0.06
-    assert arcs.length[0] == pytest.approx(2 * np.pi * radius, rel=0.04)
-
-
 @pytest.mark.parametrize(("angle", "minor"), [(0.0, 33), (0.4, 16), (2.4, 10)])
 def test_a_tilted_hole_is_one_closed_ellipse(angle: float, minor: float) -> None:
     """However slender: its sharp ends are drawn inwards most, and turn most where they are shortest."""
@@ -149,14 +138,6 @@ def test_a_line_broken_by_a_gap_is_joined() -> None:
     arcs = arcs_of(noisy(image, 2.0))
     across = arcs.take((np.abs(arcs.direction[:, 1]) < 0.05) & (arcs.length > 100))
     assert len(across) == 1
-
-
-def test_a_square_corner_parts_two_lines() -> None:
-    image = render(lambda x, y: np.minimum(x, y) - 40.0, (120, 120), 0.7, 60, 160)
-    arcs = arcs_of(noisy(image, 2.0))
-    arcs = arcs.take(arcs.length > 20)
-    assert arcs.kind.tolist() == [LINE, LINE]
-    np.testing.assert_allclose(np.sort(np.abs(arcs.direction[:, 0])), [0, 1], atol=0.01)
 
 
 def test_a_circular_arc_that_lost_its_bow_is_a_line() -> None:

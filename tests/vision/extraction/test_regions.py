@@ -12,7 +12,6 @@ from scipy.ndimage import gaussian_filter
 from relmodel.arrays import Bools, Floats, Ints, Ints32
 from tests.vision.extraction.synthetic import disc, linked, render
 from vision.extraction.arcs import LINE
-from vision.extraction.chains import fill_gaps, link
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.junctions import find_junctions
@@ -152,16 +151,6 @@ def test_a_thin_line_parts_what_lies_on_its_sides(width: float) -> None:
     assert len(regions) == 3
     assert len(np.unique(regions.labels[[20, 80, 140], [20, 80, 140]])) > 1
     assert np.sort(regions.area)[1] > 11_000
-
-
-def test_free_ends_reach_the_border() -> None:
-    image = render(lambda x, y: x - 40.0, (90, 90), 0.7, 60, 160)
-    edges = detect_edges(image)
-    chains = fill_gaps(edges, link(edges, image.shape), image)
-    arcs = fit_arcs(edges, chains, scale=1.4)
-    mask = draw_edge_mask(edges, chains, arcs, find_junctions(image, arcs), image.shape)
-    assert mask[:, 39:42].any(axis=1).all()
-    assert len(find_plain_regions(image, mask)) == 2
 
 
 def test_no_edges_is_one_region_and_all_edges_is_one() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from relmodel.arrays import Floats
 from tests.vision.account.test_elements_beside import edge_points, samples_at
 from vision.account.runs import EdgeRuns
 from vision.account.samples import Samples, find_nearby, measure_support
@@ -18,20 +17,12 @@ from vision.presence.surfaces import (
     find_moving_surfaces,
     find_shaded,
     find_usable,
-    measure_moved,
     seek_moved,
 )
 
 P = PresenceParameters()
 NONE = np.zeros(0, np.int64)
 ALONE = FacePairs(NONE, NONE, NONE, np.zeros(0), NONE, np.zeros(0))
-
-
-def ring(radius: float, centre: Floats, count: int) -> tuple[Floats, Floats]:
-    """Points of a circle and its unit normals outward."""
-    angle = 2 * np.pi * np.arange(count) / count
-    outward = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return centre + radius * outward, outward
 
 
 def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
@@ -53,39 +44,6 @@ def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
     return EdgePredictions(samples, moving, beside, runs, nearby.contrast * nearby.offset > 0)
 
 
-def bore(true_radius: float, aside: Floats, noise: float) -> EdgePredictions:
-    """A bore of 40 mm radius at (100, 100), 1.2 px a mm, seen with another radius and place; px."""
-    scale, centre = 1.2, np.array([100.0, 100.0])
-    pixel, outward = ring(40 * scale, centre, 300)
-    direction = np.stack([-outward[:, 1], outward[:, 0]], axis=1)
-    image_normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
-    # A bore's surface faces the axis.
-    normal = -np.concatenate([outward, np.zeros((300, 1))], axis=1)
-    rate = scale * np.einsum("ni,ni->n", normal[:, :2], image_normal)
-    samples = samples_at(pixel, direction, np.tile([0, 1], (300, 1)), np.zeros(300, np.int64))
-    up = np.tile([0.0, 0.0, 1.0], (300, 1))
-    samples = Samples(
-        **{
-            **samples.__dict__,
-            "normal": np.stack([normal, up], axis=1),
-            "px_per_mm": np.stack([rate, np.zeros(300)], axis=1),
-        }
-    )
-    rng = np.random.default_rng(5)
-    there, facing = ring(true_radius * scale, centre + scale * aside, 420)
-    there = there + rng.normal(size=(420, 1)) * noise * facing
-    index = EdgeIndex(edge_points(there, facing))
-    return look(samples, index)
-
-
-def test_a_bore_of_another_size_is_sought_and_found() -> None:
-    edges = bore(34.0, np.zeros(2), noise=0.15)
-    moved, _ = seek_moved(edges, 2, 1, ALONE, P)
-    assert moved == pytest.approx([6.0, 0.0], abs=P.moved.step_mm)
-    found, _ = measure_moved(edges, np.array([0]), moved, P)
-    assert found.x[0, 3] == pytest.approx(6.0, abs=3 * found.covariance[0, 3, 3] ** 0.5)
-
-
 @pytest.mark.parametrize(
     ("out", "bright", "dark"), [(4, 1, 1.0), (4, -1, 0.0), (-4, 1, 0.0), (-4, -1, 1.0), (4, 0, 0.5)]
 )
@@ -99,26 +57,6 @@ def test_what_lies_between_is_dark_where_the_edge_is_bright_beyond(out: int, bri
     there, elsewhere = pixel + np.array([0, out]), pixel - np.array([0, 9])
     index = EdgeIndex(edge_points(np.concatenate([there, elsewhere]), np.concatenate([up, -up])))
     assert find_shaded(look(samples, index), np.array([out / 2, 0.0])).tolist() == [dark, 0.0]
-
-
-def test_texture_moves_nothing() -> None:
-    """Elements all over the place, no ring among them: no displacement is surer than in place."""
-    edges = bore(40.0, np.zeros(2), noise=0.15)
-    rng = np.random.default_rng(7)
-    angle = rng.uniform(0, 2 * np.pi, 3000)
-    index = EdgeIndex(edge_points(rng.uniform(20, 180, (3000, 2)), np.stack([np.cos(angle), np.sin(angle)], axis=1)))
-    assert not seek_moved(look(edges.samples, index), 2, 1, ALONE, P)[0].any()
-
-
-def test_no_surface_moves_to_where_its_edges_are_out_of_sight() -> None:
-    """None of eight edges is found, 3 px a mm: nor 28 px away, where elements are no longer looked for."""
-    line, edges = np.arange(80.0), np.arange(8)
-    x, y = np.tile(line, 8), np.repeat(40.0 * edges, len(line))
-    along = np.tile([1.0, 0.0], (len(x), 1))
-    samples = samples_at(np.stack([x, y], axis=1), along, np.tile([0, 1], (len(x), 1)), np.repeat(edges, len(line)))
-    samples.px_per_mm[:] = [3.0, 0.0]
-    index = EdgeIndex(edge_points(np.full((1, 2), 999.0), np.array([[0.0, 1.0]])))
-    assert not seek_moved(look(samples, index), 2, 1, ALONE, P)[0].any()
 
 
 @pytest.mark.parametrize("deeper", [0.0, -3.0, 4.5])
