@@ -204,7 +204,7 @@ def test_a_climb_ends_where_no_step_leads_higher() -> None:
 
 
 def test_candidates_are_climbed_to_and_come_best_first() -> None:
-    scene, rig, truth = blocks(), stereo_rig().only("left"), above(10, -20, 560)
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
     edges = {}
     for number, (name, camera) in enumerate(rig.cameras.items()):
         p = predict(scene, rig, truth, 3000)
@@ -215,7 +215,7 @@ def test_candidates_are_climbed_to_and_come_best_first() -> None:
         n = len(place)
         edges[name] = EdgePoints(place, normal, np.full(n, 50.0), np.full(n, 0.1), np.array([6.0, 6]), size, 200.0)
     fine = build_fine_evidence(rig, edges)
-    assert [e.cell for e in fine] == [2.0]
+    assert [e.cell for e in fine] == [2.0, 2.0]
     prior = Prior.isotropic(perturb(truth, np.array([4.0, -3, 6, 0.01, -0.02, 0.01])), 10.0, 0.02)
     shown = predict(scene, rig, truth, 500)
     found = search_poses(select_under_prior(scene, rig, prior), rig, edges, fine, prior, 3)
