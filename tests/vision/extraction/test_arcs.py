@@ -132,14 +132,6 @@ def test_a_rounded_square_is_four_lines_and_four_quarter_circles() -> None:
     np.testing.assert_allclose(corners, half - corner, atol=1.5)
 
 
-def test_a_line_broken_by_a_gap_is_joined() -> None:
-    image = step(np.pi / 2, 0.2, (100, 160))
-    image[:, 70:80] = 110.0
-    arcs = arcs_of(noisy(image, 2.0))
-    across = arcs.take((np.abs(arcs.direction[:, 1]) < 0.05) & (arcs.length > 100))
-    assert len(across) == 1
-
-
 def test_a_circular_arc_that_lost_its_bow_is_a_line() -> None:
     """Eight elements on a vertical line, as trimming may leave them, determine no circle; nor do they spoil others."""
     edges = detect_edges(step(0.0, 0.25, (40, 40)))

@@ -10,7 +10,7 @@ import scipy.ndimage
 from scipy.ndimage import gaussian_filter
 
 from relmodel.arrays import Bools, Floats, Ints, Ints32
-from tests.vision.extraction.synthetic import disc, linked, render
+from tests.vision.extraction.synthetic import linked, render
 from vision.extraction.arcs import LINE
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
@@ -68,18 +68,6 @@ def test_attributes_of_a_rectangle_on_a_grey_plane() -> None:
     vertices = slice(regions.ring_offsets[ring], regions.ring_offsets[ring + 1])
     outline = set(zip(regions.outline_x[vertices], regions.outline_y[vertices], strict=True))
     assert outline == {(31, 21), (89, 21), (89, 69), (31, 69)}
-
-
-def test_a_disc_and_its_surround() -> None:
-    image = disc(60.3, 58.8, 30.0, (120, 120)) + np.random.default_rng(1).normal(0, 2, (120, 120))
-    edges = detect_edges(image)
-    chains = linked(edges, image.shape)
-    arcs = fit_arcs(edges, chains, scale=1.4)
-    regions = find_leak_proof_regions(
-        image, draw_edge_mask(edges, chains, arcs, find_junctions(image, arcs), image.shape)
-    )
-    assert len(regions) == 2
-    assert regions.area[regions.labels[59, 60]] == pytest.approx(np.pi * 900, rel=0.05)
 
 
 def _overlap(labels: Ints32, truth: Ints) -> Floats:
@@ -151,13 +139,6 @@ def test_a_thin_line_parts_what_lies_on_its_sides(width: float) -> None:
     assert len(regions) == 3
     assert len(np.unique(regions.labels[[20, 80, 140], [20, 80, 140]])) > 1
     assert np.sort(regions.area)[1] > 11_000
-
-
-def test_no_edges_is_one_region_and_all_edges_is_one() -> None:
-    grey = np.full((30, 40), 80.0)
-    assert len(find_leak_proof_regions(grey, np.zeros((30, 40), np.bool_))) == 1
-    assert len(find_leak_proof_regions(grey, np.ones((30, 40), np.bool_))) == 1
-    assert len(find_plain_regions(grey, np.ones((30, 40), np.bool_))) == 0
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ from dataclasses import fields
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import apply, inverse
@@ -36,11 +35,6 @@ def pixels(rig: Rig, name: str, points: Floats) -> Floats:
     found, front = rig.cameras[name].project(apply(inverse(rig.rig_from_camera[name]), points))
     assert front.all()
     return found
-
-
-def segment(a: npt.ArrayLike, b: npt.ArrayLike, count: int = 150) -> Floats:
-    t = np.linspace(0, 1, count)[:, None]
-    return np.asarray(np.asarray(a, float) * (1 - t) + np.asarray(b, float) * t)
 
 
 def picture_of(arcs: StereoArcs) -> StereoPicture:
