@@ -4,7 +4,7 @@
 
 Rendered pairs (folder bulkhead), no model and no prior: an arc that
 runs along visible edges is matched rightly where its partner shows the same edge at the same place in space (see
-tests/vision/stereo/rendered.py); `recall` counts every left arc with a partner of its size, level ones too.  Regions,
+benchmarks/rendered_pairs.py); `recall` counts every left arc with a partner of its size, level ones too.  Regions,
 carried over by their depth, alike.  `held`: how often the 95 % ellipse across the true edge, of the ends of rightly
 matched arcs, holds it.  `s` processor seconds a pair, beyond extraction, joins and certificate included.
 
