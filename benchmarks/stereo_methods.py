@@ -4,7 +4,7 @@
 
 Rendered pairs (folder bulkhead), no model and no prior: an arc that
 runs along visible edges is matched rightly where its partner shows the same edge at the same place in space (see
-tests/vision/stereo/rendered.py); `recall` counts every left arc with a partner of its size, level ones too.  Regions,
+benchmarks/rendered_pairs.py); `recall` counts every left arc with a partner of its size, level ones too.  Regions,
 carried over by their depth, alike.  `held`: how often the 95 % ellipse across the true edge, of the ends of rightly
 matched arcs, holds it.  `s` processor seconds a pair, beyond extraction, joins and certificate included.
 
@@ -32,8 +32,8 @@ import cv2
 import numpy as np
 from tabulate import tabulate
 
+from benchmarks.rendered_pairs import RenderedPair, find_region_siblings, find_siblings, measure_ends, read_pair
 from relmodel.arrays import Bools, Bytes, Floats, Ints
-from tests.vision.stereo.rendered import RenderedPair, find_region_siblings, find_siblings, measure_ends, read_pair
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.extract import extract

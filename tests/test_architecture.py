@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import ast
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -13,14 +13,14 @@ CHECKOUT = Path(__file__).parents[1]
 PACKAGES = ("relmodel", "vision")
 
 
+_IMPORT = re.compile(r"^ *from (\S+) import (\([^)]*\)|.*)|^ *import (.*)", re.MULTILINE)
+
+
 def imported(file: Path) -> Iterator[str]:
     """Modules of ours that a file names, wherever it does."""
-    for node in ast.walk(ast.parse(file.read_text())):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+    for source, names, modules in _IMPORT.findall(file.read_text()):
+        for name in re.findall(r"[\w.]+", names or modules):
+            yield f"{source}.{name}" if source else name
 
 
 def folder_of(parts: tuple[str, ...]) -> str | None:

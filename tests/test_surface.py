@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 from importlib.util import find_spec
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +15,7 @@ import pytest
 
 import relmodel
 from relmodel import InputError, Table, UsageError
-from relmodel.app.attributes import AttributeOwner
-from relmodel.app.report.write import Subject
-from relmodel.app.session import Options
 from relmodel.table import table_of
-from vision.planning import PlanOptions
 
 PAGE = (Path(__file__).parents[1] / "docs/python.md").read_text()
 LISTED = PAGE.partition("## All of it")[2].split("```")[1].split("\n")
@@ -55,16 +50,6 @@ def test_the_page_lists_the_calls_as_they_are() -> None:
     listed = {line.partition("(")[0] for line in lines}
     for owner in ("OpenStore", "Table"):
         assert {f"{owner}.{name}" for name in public(getattr(relmodel, owner))} <= listed
-
-
-def test_the_page_lists_the_options_of_calls_as_they_are() -> None:
-    behind = {"options": Options, "wanted": PlanOptions, "of": Subject, "whose": AttributeOwner}
-    listed = {}
-    for call, below in pairwise(LISTED):
-        if given := re.search(r"\*\*(\w+)\)", call):
-            listed[given[1]] = below.split()
-    words = {name: [*f"{name}: {', '.join(kind.__annotations__)}".split()] for name, kind in behind.items()}
-    assert listed == words
 
 
 def test_names_are_brought_in_when_asked_for() -> None:

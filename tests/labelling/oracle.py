@@ -4,9 +4,7 @@ certificates that knows nothing but their rows."""
 from __future__ import annotations
 
 from collections import defaultdict
-from copy import deepcopy
 from dataclasses import replace
-from functools import cache
 from itertools import product
 from typing import Any
 
@@ -15,9 +13,7 @@ import sqlalchemy as sa
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
-from relmodel.labelling import branch_and_bound
-from relmodel.labelling.branch_and_bound import SCALE, Duals
-from relmodel.labelling.problem import MatchingProblem, MatchingResult, matching_problem, result_rows
+from relmodel.labelling.problem import MatchingProblem, matching_problem
 from relmodel.store import Run
 
 
@@ -123,148 +119,6 @@ def relaxed_cost(problem: MatchingProblem) -> float:
     solved = milp(cost, constraints=constraints, bounds=Bounds(0, 1))
     assert solved.status == 0
     return float(solved.fun)
-
-
-Rows = dict[str, dict[str, Any]]
-
-
-class _Witnessed(branch_and_bound._Search):
-    """The search, and the duals of each node that has its own; of the root those that it starts from, if no others."""
-
-    def __init__(self, problem: MatchingProblem) -> None:
-        super().__init__(problem)
-        self.duals: dict[int, Duals] = {}
-
-    def _wait(self, node: int, duals: Duals, state: int) -> None:
-        super()._wait(node, duals, state)
-        if node == 0:
-            self.duals[node] = deepcopy(duals)
-
-    def _bound(self, node: int, duals: Duals) -> None:
-        super()._bound(node, duals)
-        self.duals[node] = deepcopy(duals)
-
-
-def witnessed(problem: MatchingProblem, nodes: int = 10_000) -> tuple[MatchingResult, Rows]:
-    """What the default search finds, and its rows with those that prove the bounds: the node whose duals bound each
-    node, prices of labels and messages."""
-    search = _Witnessed(problem)
-    found = search.run(nodes, None)
-    rows: Rows = result_rows(problem, found)
-    rows["search_node"]["proof_no"] = [n.node if n.node in search.duals else n.parent for n in found.tree]
-    prices, messages, tables = [], [], search.tables
-    for node, duals in search.duals.items():
-        prices += [(node, x, price) for x, price in enumerate(duals.label_dual.tolist()) if price]
-        for slot in np.flatnonzero((duals.message > 0) & duals.live[tables.slot_candidate]).tolist():
-            c = tables.slot_candidate[slot]
-            pair = int(problem.candidate_unit[c]), int(problem.candidate_label[c]), int(tables.slot_other[slot])
-            messages.append((node, *pair, int(duals.message[slot])))
-    for name, columns, values in (
-        ("bound_price", ("node_no", "label_no", "dual"), prices),
-        ("bound_message", ("node_no", "unit_no", "label_no", "neighbour_no", "dual"), messages),
-    ):
-        table = np.array(values, np.int64).reshape(-1, len(columns))
-        rows[name] = {column: table[:, i] for i, column in enumerate(columns)}
-    return found, rows
-
-
-def verified(rows: Rows) -> tuple[float, int]:
-    """Cost and lower bound that the rows of a result prove, by plain loops over them; AssertionError where a node is
-    not covered by its children or duals are not feasible."""
-    scale, injective = SCALE, bool(rows["problem"]["injective"][0])
-    price = _keyed(rows["candidate"], ("unit_no", "label_no"), "cost")
-    weight = _keyed(rows["problem_relation"], ("unit_no", "neighbour_no"), "weight")
-    null = _keyed(rows["assignment"], ("unit_no",), "null_cost")
-    label = {u: _plain(x) for (u,), x in _keyed(rows["assignment"], ("unit_no",), "label_no").items()}
-    agree = _keyed(rows["compatibility"], ("unit_a", "label_a", "unit_b", "label_b"), "saves")
-    both = agree | {(v, m, u, x): saved for (u, x, v, m), saved in agree.items()}
-
-    taken = [x for x in label.values() if x is not None]
-    assert not injective or len(set(taken)) == len(taken)
-    cost = sum(null[u,] if x is None else price[u, x] for u, x in label.items())
-    for (u, v), w in weight.items():
-        if label[u] is not None:
-            cost += max(w - both.get((u, label[u], v, label[v]), 0), 0)
-
-    states: dict[tuple[int, int | None], float] = {(u, None): scale * c for (u,), c in null.items()}
-    for (u, x), c in price.items():
-        states[u, x] = scale * (c + sum(w for (a, _), w in weight.items() if a == u))
-    prices = _keyed(rows["bound_price"], ("node_no", "label_no"), "dual")
-    messages = _keyed(rows["bound_message"], ("node_no", "unit_no", "label_no", "neighbour_no"), "dual")
-    assert all(d <= 0 for d in prices.values())
-    assert injective or not any(prices.values())
-    assert all(d >= 0 for d in messages.values())
-
-    tree = rows["search_node"]
-    nodes = {
-        int(n): {c: _plain(tree[c][i]) for c in ("parent_no", "proof_no", "branch", "unit_no", "label_no", "status")}
-        for i, n in enumerate(tree["node_no"])
-    }
-    children: dict[int, list[int]] = defaultdict(list)
-    for n, node in nodes.items():
-        if node["parent_no"] is not None:
-            children[node["parent_no"]].append(n)
-    assert [n for n, node in nodes.items() if node["branch"] == "root"] == [0]
-
-    @cache
-    def allowed(n: int) -> set[tuple[int, int | None]]:
-        node = nodes[n]
-        if node["branch"] == "root":
-            return set(states)
-        above = allowed(node["parent_no"])
-        if node["branch"] == "rest":
-            takes = [nodes[s] for s in children[node["parent_no"]] if nodes[s]["branch"] == "take"]
-            return above - {(t["unit_no"], t["label_no"]) for t in takes}
-        u, x = node["unit_no"], node["label_no"]
-        return {s for s in above if (s == (u, x) if s[0] == u else not injective or x is None or s[1] != x)}
-
-    @cache
-    def reduced(proof: int) -> dict[tuple[int, int | None], float]:
-        """Costs less duals, which must be feasible, of the states that a node allows."""
-        there = allowed(proof)
-        for (u, x, v, m), saved in agree.items():
-            if (u, x) in there and (v, m) in there:
-                saves = scale * (min(saved, weight.get((u, v), 0)) + min(saved, weight.get((v, u), 0)))
-                assert messages.get((proof, u, x, v), 0) + messages.get((proof, v, m, u), 0) >= saves
-        spent: dict[tuple[int, int], float] = defaultdict(float)
-        for (p, u, x, _), d in messages.items():
-            if p == proof:
-                spent[u, x] += d
-        return {
-            (u, x): states[u, x] - (0.0 if x is None else spent[u, x] + prices.get((proof, x), 0)) for u, x in there
-        }
-
-    def bound(n: int, proof: int) -> float:
-        least = dict.fromkeys(label, float("inf"))
-        cost = reduced(proof)
-        for u, x in allowed(n):
-            least[u] = min(least[u], cost[u, x])
-        return float(sum(least.values()) + sum(d for (p, _), d in prices.items() if p == proof))
-
-    leaves = []
-    for n, node in nodes.items():
-        if node["status"] == "branched":
-            assert sum(nodes[c]["branch"] == "rest" for c in children[n]) == 1
-        else:
-            assert not children[n]
-            value = bound(n, node["proof_no"])
-            leaves.append(cost if value == float("inf") else -(-value // scale))
-    return cost, int(min(cost, *leaves))
-
-
-def _keyed(columns: dict[str, Any], key: tuple[str, ...], value: str) -> dict[tuple[int, ...], Any]:
-    keys = zip(*(np.asarray(columns[name]).tolist() for name in key), strict=True)
-    values = columns[value]
-    found = dict(zip(keys, values.tolist() if hasattr(values, "tolist") else values, strict=True))
-    assert len(found) == len(values)
-    return found
-
-
-def _plain(value: Any) -> Any:
-    """A masked or NumPy value as Python has it."""
-    if value is np.ma.masked:
-        return None
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def without_nulls(problem: MatchingProblem) -> MatchingProblem:

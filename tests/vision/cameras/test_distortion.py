@@ -35,17 +35,6 @@ def test_places_and_derivatives_are_those_of_opencv(count: int, directions: Floa
     np.testing.assert_allclose(slope, np.asarray(derivatives)[:, 3:5].reshape(-1, 2, 2), atol=1e-13)
 
 
-@pytest.mark.parametrize("count", [4, 5, 8, 12, 14])
-def test_derivatives_are_differences(count: int, directions: Floats) -> None:
-    coefficients, h = np.array(COEFFICIENTS[:count]), 1e-5
-    ahead, back = (
-        np.stack([cameras.distort(directions + side * step, coefficients)[0] for step in h * np.eye(2)], axis=2)
-        for side in (1, -1)
-    )
-    slope = cameras.distort(directions, coefficients)[1]
-    np.testing.assert_allclose(slope, (ahead - back) / (2 * h), atol=1e-9)
-
-
 @pytest.mark.parametrize("count", [0, 4, 5, 8, 12, 14])
 def test_undistort_inverts_distort_as_opencv_does(count: int, directions: Floats) -> None:
     coefficients = np.array(COEFFICIENTS[:count])

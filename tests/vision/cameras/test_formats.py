@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
-from vision.cameras.cameras import CalibrationSigma, Camera, Rig
+from vision.cameras.cameras import CalibrationSigma, Rig
 from vision.cameras.files import read_rig, rig_inputs, write_rig
 
 TOLERANCE_PX = 1e-9
@@ -86,19 +86,6 @@ def assert_same_pixels(rig: Rig, truths: list[Truth], names: list[str] | None = 
         pixels, front = camera.project(points @ camera_from_rig[:3, :3].T + camera_from_rig[:3, 3])
         assert front.all()
         np.testing.assert_allclose(pixels, truth.pixels(points), rtol=0, atol=TOLERANCE_PX)
-
-
-def make_rig(truths: list[Truth], names: list[str] | None = None) -> Rig:
-    called = names or ["left", "right", "camera_2"][: len(truths)]
-    cameras: dict[str, Camera] = {}
-    poses: dict[str, Floats] = {}
-    for name, t in zip(called, truths, strict=True):
-        fx, fy, cx, cy = t.intrinsics
-        cameras[name] = Camera(t.width, t.height, np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), t.distortion)
-        poses[name] = (
-            np.eye(4) if np.array_equal(t.camera_from_rig, np.eye(4)) else np.asarray(np.linalg.inv(t.camera_from_rig))
-        )
-    return Rig(cameras, poses)
 
 
 def matrix3(t: Truth) -> Floats:
@@ -256,26 +243,6 @@ def test_what_opencv_says_of_its_calibration_is_its_sigma(error: str, views: str
     sigma = read_rig(tmp_path / "cv").sigma
     assert sigma["left"] == CalibrationSigma.of_views(0.32, 16, truths[0].intrinsics[0]).at(np.eye(4))
     assert sigma["right"].translation_mm == pytest.approx(0.16)
-
-
-def test_the_own_file_holds_all(tmp_path: Path) -> None:
-    truths = draw(1, 3, 8, one_size=False, own_frame=True)
-    rig = make_rig(truths, ["a", "b", "c"])
-    matrix = rig.cameras["b"].matrix + np.array([[0, 0.7, 0], [0, 0, 0], [0, 0, 0]])
-    distortion = np.append(rig.cameras["b"].distortion, np.full(6, 1e-3))
-    cameras = rig.cameras | {"b": Camera(700, 500, matrix, distortion, 12)}
-    sigma = {"a": CalibrationSigma(0.001, 0.2, 0.3, 0.004, 0.02)}
-    write_rig(Rig(cameras, rig.rig_from_camera, sigma), tmp_path / "rig")
-    again = read_rig(tmp_path / "rig")
-    for name, camera in cameras.items():
-        assert np.array_equal(again.cameras[name].matrix, camera.matrix)
-        assert np.array_equal(again.cameras[name].distortion, camera.distortion)
-        assert again.cameras[name].bits == camera.bits
-        np.testing.assert_allclose(again.rig_from_camera[name], rig.rig_from_camera[name], rtol=0, atol=1e-12)
-    assert again.sigma.keys() == sigma.keys()
-    assert again.sigma["a"].focal == pytest.approx(0.001, rel=1e-14)
-    assert again.sigma["a"].rotation == pytest.approx(0.004, rel=1e-14)
-    assert again.sigma["a"].radial == 0.02
 
 
 @pytest.mark.parametrize(
@@ -540,9 +507,16 @@ def test_file_storage_with_the_keys_of_interactive_calibration(tmp_path: Path) -
 
 OWN_CAMERA = {"width": 640, "height": 480, "matrix": [[700, 0, 320], [0, 700, 240], [0, 0, 1]], "rig_from_camera": EYE}
 LENS = {"coefficients": [-0.01, 0.02, -0.01, 0.003]}
-OTHER_LENSES = ["equidistant", "FISHEYE", "fish-eye", "KannalaBrandt8", "kannala_brandt", "omni", "omni-radtan", "mei",
-                "ds", "eucm", "scaramuzza", "fov", "opencv_fisheye", "thin_prism_fisheye", "inverse_brown_conrady",
-                "equirectangular", "division_k3"]  # fmt: skip
+OTHER_LENSES = [
+    "equidistant",
+    "FISHEYE",
+    "fish-eye",
+    "KannalaBrandt8",
+    "omni-radtan",
+    "mei",
+    "ds",
+    "inverse_brown_conrady",
+]
 
 
 @pytest.mark.parametrize("value", OTHER_LENSES)

@@ -34,7 +34,6 @@ NEAR, FAR = 60.0, 900.0
 NEAR_TO_FAR = SelectionParameters(near_mm=NEAR, far_mm=FAR)
 LENSES = {
     "barrel": [-0.28, 0.09, 0.001, -0.0008, -0.012],
-    "cushion": [0.22, 0.03, -0.002, 0.001, 0.004],
     "tilted": [-0.15, 0.02, 0, 0, 0, 0, 0, 0, 0.002, 0, -0.003, 0, 0.03, -0.02],
 }
 
@@ -57,7 +56,7 @@ def points_seen(camera: Camera, world_from_camera: np.ndarray, points: np.ndarra
     return np.asarray(between & inside)
 
 
-@pytest.mark.parametrize(("lens", "engine"), [("barrel", "duckdb"), ("cushion", "duckdb"), ("tilted", "postgresql")])
+@pytest.mark.parametrize(("lens", "engine"), [("barrel", "duckdb"), ("tilted", "postgresql")])
 def test_no_part_with_a_point_in_the_picture_is_left_out(
     lens: str, engine: str, new_store: Callable[[str], str], tmp_path: Path
 ) -> None:
@@ -94,7 +93,7 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(
         seen_at_all += len(seen)
         missed_without += len(seen - set(undistorted["path"].tolist()))
     assert seen_at_all > 30
-    assert missed_without > 0 or lens == "cushion"  # which shows less than a pinhole would
+    assert missed_without > 0
 
 
 def test_the_box_and_the_faces_of_a_view_are_those_of_its_corners(duckdb_file: Path) -> None:
@@ -150,5 +149,5 @@ def test_probability_of_what_stands_at_the_edge_of_the_view() -> None:
     found |= {"x0": x, "x1": x, "z0": np.full(5, depth), "z1": np.full(5, depth)}
     found |= {f"shape_{name}": values for name, values in found.items()}
     found |= {f"m{i}{j}": np.full(5, float(i == j)) for i in range(3) for j in range(4)}
-    got = probabilities_in_view(rig, prior, found, SelectionParameters(near_mm=10, far_mm=1000, drawn_poses=4000))
+    got = probabilities_in_view(rig, prior, found, SelectionParameters(near_mm=10, far_mm=1000, drawn_poses=1500))
     assert np.abs(got - norm.sf((x - edge) / sigma)).max() < 0.03

@@ -1,9 +1,8 @@
-"""The join of circles in space with those of an object, against loops over all pairs; on both engines."""
+"""The join of circles in space with those of an object, and the poses that they give, on both engines."""
 
 from __future__ import annotations
 
-from itertools import combinations, permutations
-from math import sqrt
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from tests.poses import pose_of
 from vision.constellations.constellation_parameters import JoinParameters
-from vision.constellations.elements import Circles, JoinedPairs, read_circles
+from vision.constellations.elements import Circles, JoinedPairs
 from vision.constellations.find_poses import join_pairs, solve_poses
 
 OBJECT = 7
@@ -58,55 +57,7 @@ def moved(model: Circles, rotation: np.ndarray, shift: np.ndarray) -> Circles:
     return Circles(model.centre @ rotation.T + shift, model.normal @ rotation.T, model.radius, model.covariance)
 
 
-def describe(c: Circles, i: int, j: int) -> tuple[float, ...]:
-    """Both radii, distance, and the cosines of the normals and of each with the connecting line."""
-    line = c.centre[j] - c.centre[i]
-    distance = sqrt(line @ line)
-    cosines = c.normal[i] @ c.normal[j], c.normal[i] @ line / distance, c.normal[j] @ line / distance
-    return (c.radius[i], c.radius[j], distance, *map(abs, cosines))
-
-
 NAMES = ("radius_a", "radius_b", "distance", "normals", "rise_a", "rise_b")
-CLASS = np.array([0.05, 0.05, 0.25, 0.01, 0.01, 0.01])
-"""by which the means of a class may differ from its pairs: half a step"""
-
-
-def alike(scene: Circles, model: Circles, p: JoinParameters, share: float) -> set[tuple[int, int, int, int]]:
-    """Ordered pairs of the scene and of the model that agree, by loops; `share` of a class's width is allowed beyond
-    what the standard deviations allow."""
-    relations = scene.relations(p)
-    least = np.array([p.least_radius_mm] * 2 + [p.least_mm] + [p.least_cosine] * 3)
-    most = np.array([np.inf] * 2 + [p.bin_mm] + [p.most_cosine] * 3)
-    sigma = np.stack([relations[f"{name}_sigma"] for name in NAMES], axis=1)
-    allowed = np.clip(p.sigmas * sigma, least, most) + share * CLASS
-    found = set()
-    for low, high, off in zip(relations["unit_a"].tolist(), relations["unit_b"].tolist(), allowed, strict=True):
-        for i, j, within in ((low, high, off), (high, low, off[[1, 0, 2, 3, 5, 4]])):
-            here = np.array(describe(scene, i, j))
-            if here[4] > p.along:
-                continue
-            for c, d in permutations(range(len(model)), 2):
-                there = np.array(describe(model, c, d))
-                if (np.abs(there - here) <= within).all() and there[4] <= p.along + p.least_cosine + share * 0.01:
-                    found.add((i, j, c, d))
-    return found
-
-
-def test_the_join_finds_what_loops_find(fresh_store: str) -> None:
-    model, p = circles(14, 1), JoinParameters(most=10**6, most_of_relation=10**6)
-    scene = moved(circles(14, 1), rotation_matrix(np.array([0.3, -0.2, 0.5])), np.array([10.0, 20.0, 700.0]))
-    off = np.random.default_rng(2).normal(0, 0.2, (14, 3))
-    scene = Circles(scene.centre + off, scene.normal, scene.radius, scene.covariance)
-    with Store.open(fresh_store) as store:
-        keep(store, model)
-        with store.read() as connection:
-            assert np.allclose(read_circles(store, connection, OBJECT).centre, model.centre)
-            joined = join_pairs(store, connection, OBJECT, scene.relations(p), p)
-    rows = set(map(tuple, np.hstack([joined.scene, joined.model]).tolist()))
-    assert rows <= alike(scene, model, p, 1.0)
-    assert {row for row in alike(scene, model, p, -1.0) if ordered(model, row[2], row[3])} <= rows
-    true = {(i, j, i, j) for i, j in permutations(range(14), 2)}
-    assert rows & true
 
 
 def test_standard_deviations_of_relations_are_those_of_drawn_circles() -> None:
@@ -132,26 +83,6 @@ def test_standard_deviations_of_relations_are_those_of_drawn_circles() -> None:
     sure[:3] = True
     np.testing.assert_allclose(ratio[sure], 1.0, atol=0.12)
     assert (ratio > 0.85).all()
-
-
-def ordered(model: Circles, a: int, b: int) -> bool:
-    """Whether the model keeps the pair in this order: by radius; of equals either may come first."""
-    return bool(model.radius[a] < model.radius[b])
-
-
-def test_rare_pairs_come_first_and_patterns_are_thinned(fresh_store: str) -> None:
-    model = lattice(8, 8)
-    few = JoinParameters(most_of_relation=10)
-    with Store.open(fresh_store) as store:
-        keep(store, model)
-        with store.read() as connection:
-            joined = join_pairs(store, connection, OBJECT, lattice(3, 2).relations(few), few)
-    assert (np.diff(joined.alike) >= 0).all()
-    assert joined.alike.max() > 64
-    _, count = np.unique(np.sort(joined.scene, axis=1), axis=0, return_counts=True)
-    assert count.max() <= 10
-    chosen = joined.model[(joined.scene == joined.scene[0]).all(axis=1)]
-    assert np.ptp(model.centre[chosen[:, 0]], axis=0).max() > 60, "spread over the pattern"
 
 
 def test_one_of_the_poses_is_the_right_one(fresh_store: str) -> None:

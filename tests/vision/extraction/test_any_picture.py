@@ -17,7 +17,7 @@ from vision.extraction.segmentation import fit_arcs
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
-RADII = (3.0, 30.0, 1e3, 3.4e4, 1e5, 1e6, 1e7, 1e9, np.inf)
+RADII = (3.0, 1e3, 1e5, 1e7, np.inf)
 
 
 def are_whole(arcs: Arcs) -> bool:
@@ -39,7 +39,7 @@ def test_the_bias_of_a_curve_goes_to_its_limit(half_spread: float) -> None:
 @pytest.mark.parametrize("radius", RADII)
 def test_edge_elements_of_any_radius_length_and_noise_give_arcs_that_lie_on_them(radius: float) -> None:
     rng = np.random.default_rng(7)
-    for length in (12, 60, 700, 6000):
+    for length in (12, 700, 6000):
         for noise in (0.0, 0.05, 0.5):
             turn = np.arange(min(length, int(min(2 * np.pi * radius, 1e9)))) / radius
             along = np.arange(len(turn), dtype=float) if np.isinf(radius) else radius * np.sin(turn)

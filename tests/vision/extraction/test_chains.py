@@ -40,7 +40,7 @@ def bilinear(grey: Floats, x: float, y: float) -> float:
     return float([1 - v, v] @ corner @ [1 - u, u])
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_gaps_are_filled_cheapest_first_as_loops_over_all_ends_do(seed: int) -> None:
     rng = np.random.default_rng(seed)
     grey = rng.uniform(90, 130, (60, 80))

@@ -12,11 +12,10 @@ from vision.extraction.extraction_parameters import EdgeParameters
 ANGLES = np.deg2rad([0, 10, 22.5, 33, 45, 60, 80, 90, 135, 200, 290])
 
 
-@pytest.mark.parametrize("sigma", [1.0, 1.4, 2.0, 2.8])
-@pytest.mark.parametrize("blur", [0.7, 1.5])
+@pytest.mark.parametrize(("sigma", "blur"), [(1.0, 0.7), (1.4, 1.5), (2.8, 0.7)])
 def test_clean_step_is_found_where_it_is(sigma: float, blur: float) -> None:
-    for angle in ANGLES:
-        for offset in (0.05, 0.3, 0.5):
+    for angle in ANGLES[::2]:
+        for offset in (0.05, 0.5):
             found = detect_edges(step(angle, offset, blur=blur), sigma)
             distance = (found.x - 31.5) * np.cos(angle) + (found.y - 31.5) * np.sin(angle) - offset
             assert np.abs(distance).max() < 0.012
@@ -26,10 +25,10 @@ def test_clean_step_is_found_where_it_is(sigma: float, blur: float) -> None:
             np.testing.assert_allclose(found.width, np.hypot(blur, 12**-0.5), atol=0.06)
 
 
-@pytest.mark.parametrize("sigma", [1.0, 1.4, 2.0, 2.8])
+@pytest.mark.parametrize("sigma", [1.0, 2.8])
 def test_edges_are_true_up_to_near_the_border(sigma: float) -> None:
     least = 64
-    for angle in ANGLES:
+    for angle in ANGLES[::2]:
         for offset in (-24.0, 0.2, 24.0):
             found = detect_edges(step(angle, offset), sigma)
             distance = (found.x - 31.5) * np.cos(angle) + (found.y - 31.5) * np.sin(angle) - offset
@@ -39,7 +38,7 @@ def test_edges_are_true_up_to_near_the_border(sigma: float) -> None:
     assert least == np.ceil(2.5 * sigma)
 
 
-@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("angle", ANGLES[::3])
 def test_one_element_for_every_row_or_column(angle: float) -> None:
     found = detect_edges(step(angle, 0.2), 1.4)
     along = found.pixel % 64 if abs(np.sin(angle)) > abs(np.cos(angle)) else found.pixel // 64

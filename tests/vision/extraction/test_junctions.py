@@ -28,16 +28,6 @@ def _found(name: str, seed: int, noise: float) -> tuple[Arcs, Junctions, Floats]
     return snap_end_points(arcs, junctions), junctions, place
 
 
-def test_sectors_are_what_blurring_and_averaging_a_finer_picture_gives() -> None:
-    times, place = 15, (12.3, 10.7)
-    y, x = (np.mgrid[: times * 24, : times * 24] - (times - 1) / 2) / times
-    angle = (np.arctan2(y - place[1], x - place[0]) - 0.3) % (2 * np.pi)
-    finer = gaussian_filter(np.select([angle < 1.2, angle < 3.0], [50.0, 120.0], 200.0), 0.7 * times)
-    image = sectors(place, [0.3, 1.5, 3.3], [50, 120, 200], (24, 24))
-    expected = finer.reshape(24, times, 24, times).mean(axis=(1, 3))
-    np.testing.assert_allclose(image[3:-3, 3:-3], expected[3:-3, 3:-3], atol=0.15)
-
-
 @pytest.mark.parametrize("name", JUNCTIONS)
 def test_a_junction_is_found_where_it_is_as_surely_as_it_says(name: str) -> None:
     errors, variances = [], []

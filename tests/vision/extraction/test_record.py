@@ -18,7 +18,7 @@ from tests.vision.extraction.synthetic import disc, sectors
 from vision.cameras.images import Picture
 from vision.cameras.record import record_picture
 from vision.extraction.arcs import FREE
-from vision.extraction.extract import extract
+from vision.extraction.extract import Extraction, extract
 from vision.extraction.extraction_parameters import ExtractionParameters
 from vision.extraction.rows import content_key, make_rows, record_extraction
 
@@ -62,23 +62,27 @@ def test_rows_are_the_columns(duckdb_file: Path) -> None:
             assert set(of_arc) == {0}
 
 
-def test_ends_of_arcs_are_those_of_their_junctions(duckdb_file: Path) -> None:
-    grey = sectors((40.3, 38.8), [0.3, 1.7, 0.3 + np.pi], [180.0, 110.0, 40.0], (80, 80))
-    found, picture = extract(grey), Picture("a.png", "ab", b"", 8, grey)
-    alike = np.array([[[4.96500576e8, 1.17531866e8], [1.17531866e8, 2.78222024e7]]])  # of arcs that run nearly alike
-    found = replace(found, junctions=replace(found.junctions, covariance=alike))
-    with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
+def recorded(file: Path, grey: Floats, found: Extraction) -> dict[str, list[Any]]:
+    """The rows of arcs and junctions that are stored of an extraction."""
+    picture = Picture("a.png", "ab", b"", 8, grey)
+    with Store.open(file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
             record_extraction(run, connection, image, picture, found.parameters, make_rows(found))
+        names = ("image_arc", "image_arc_point", "image_junction", "image_junction_arc")
         with store.read() as connection:
+            return {name: list(connection.execute(sa.select(store.table(name)))) for name in names}
 
-            def rows(table: str) -> list[sa.Row[tuple[object, ...]]]:
-                return list(connection.execute(sa.select(store.table(table))))
 
-            (junction,) = rows("image_junction")
-            arcs = {arc.image_arc_no: arc for arc in rows("image_arc")}
-            met = [(row.image_arc_no, row.meets_with) for row in rows("image_junction_arc")]
+def test_ends_of_arcs_are_those_of_their_junctions(duckdb_file: Path) -> None:
+    grey = sectors((40.3, 38.8), [0.3, 1.7, 0.3 + np.pi], [180.0, 110.0, 40.0], (80, 80))
+    found = extract(grey)
+    alike = np.array([[[4.96500576e8, 1.17531866e8], [1.17531866e8, 2.78222024e7]]])  # of arcs that run nearly alike
+    found = replace(found, junctions=replace(found.junctions, covariance=alike))
+    rows = recorded(duckdb_file, grey, found)
+    (junction,) = rows["image_junction"]
+    arcs = {arc.image_arc_no: arc for arc in rows["image_arc"]}
+    met = [(row.image_arc_no, row.meets_with) for row in rows["image_junction_arc"]]
     assert (junction.kind, np.hypot(junction.x - 40.3, junction.y - 38.8) < 0.05) == ("T", True)
     assert "interior" in {what for _, what in met}
     ((arc_no, what),) = [(arc, what) for arc, what in met if what != "interior"]
@@ -88,14 +92,9 @@ def test_ends_of_arcs_are_those_of_their_junctions(duckdb_file: Path) -> None:
 
 def test_a_free_arc_has_a_course(duckdb_file: Path) -> None:
     grey = disc(60.3, 58.8, 30.0, (120, 120))
-    found, picture = extract(grey), Picture("a.png", "ab", b"", 8, grey)
+    found = extract(grey)
     found = replace(found, arcs=replace(found.arcs, kind=np.array([FREE], np.int8)))
-    with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
-        with run.write() as connection:
-            image = record_picture(run, connection, picture, keep_bytes=False)
-            record_extraction(run, connection, image, picture, found.parameters, make_rows(found))
-        with store.read() as connection:
-            points = connection.execute(sa.select(store.table("image_arc_point")).order_by("point_no")).all()
+    points = sorted(recorded(duckdb_file, grey, found)["image_arc_point"], key=lambda row: row.point_no)
     assert [point.point_no for point in points] == list(range(len(found.arcs.x)))
     polyline = np.array([(point.x, point.y, point.sigma) for point in points], float)
     np.testing.assert_allclose(np.hypot(*(polyline[:, :2] - (60.3, 58.8)).T), 30.0, atol=0.05)
@@ -121,7 +120,7 @@ def test_a_picture_takes_less_than_3_mb_of_the_file(duckdb_file: Path) -> None:
     data = cv2.imencode(".png", grey.astype(np.uint8))[1].tobytes()
     assert len(data) > 590_000
     sizes = [path.stat().st_size]
-    for number in range(4):
+    for number in range(3):
         with Store.open(path) as store, Run.begin(store, "extract", {}) as run, run.write() as connection:
             picture = Picture(f"{number}.png", str(number), data, 8, grey)
             image = record_picture(run, connection, picture, keep_bytes=True)

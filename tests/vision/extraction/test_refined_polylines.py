@@ -6,7 +6,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import erf
 
 from relmodel.arrays import Floats
-from tests.vision.extraction.synthetic import disc, step
+from tests.vision.extraction.synthetic import step
 from vision.extraction.arcs import Arcs
 from vision.extraction.extract import extract
 from vision.extraction.fits import (
@@ -35,17 +35,6 @@ def test_points_lie_on_a_noisy_step_as_near_as_they_say(noise: float, rms: float
     error, sigma = np.concatenate(errors), np.concatenate(sigmas)
     assert np.sqrt(np.mean(error**2)) < rms
     assert np.std(error / sigma) == pytest.approx(1.0, abs=0.15)
-
-
-@pytest.mark.parametrize("radius", [8.0, 20.0, 45.0])
-def test_points_of_a_disc_lie_on_its_rim_not_inside(radius: float) -> None:
-    bias = []
-    for seed in range(4):
-        cx, cy = 68.0 + np.random.default_rng(seed).uniform(0.0, 1.0, 2)
-        arcs = _arcs(disc(cx, cy, radius, (140, 140)), 4.0, seed)
-        distance = np.hypot(arcs.x - cx, arcs.y - cy) - radius
-        bias.append(np.mean(distance[np.abs(distance) < 2]))
-    assert abs(np.mean(bias)) < 0.02
 
 
 @pytest.mark.parametrize("radius", [3.0, 8.0, 300.0])

@@ -6,11 +6,11 @@ from scipy.ndimage import gaussian_filter
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
-from tests.vision.extraction.synthetic import disc, render
+from tests.vision.extraction.synthetic import render
 from vision.extraction.arcs import LINE
 from vision.extraction.extract import Extraction, extract
 from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, RegionParameters
-from vision.relations.relations import ADJACENT, BOUNDS, CONCENTRIC, EQUAL_RADIUS, JUNCTION, NEAR, PARALLEL, SURROUNDS
+from vision.relations.relations import ADJACENT, BOUNDS, NEAR, SURROUNDS
 
 
 def square(half: float) -> Floats:
@@ -72,21 +72,6 @@ def test_borders_are_as_long_as_they_are_however_they_run(turn: float) -> None:
     assert np.abs(related.distance[bounds] - lengths).max() < 2 * related.distance_sigma[bounds].min()
 
 
-def test_parallel_lines_know_their_distance(ring: Extraction) -> None:
-    found, arcs = ring.relations, ring.arcs
-    rows = (found.kind == PARALLEL) & (arcs.length[np.minimum(found.a, len(arcs) - 1)] > 40)
-    distances = np.abs(found.distance[rows])
-    # Each side of the inner square and its opposite (60.2), the side of the outer square beside it (40.1) and the one
-    # across (100.3).
-    true = np.array([40.1, 60.2, 100.3])
-    nearest = np.abs(distances[:, None] - true).argmin(axis=1)
-    assert set(nearest) == {0, 1, 2}
-    assert np.abs(distances - true[nearest]).max() < 0.15
-    # The ring is bright: its two borders see each other on their left; the inner sides see their opposite on the right.
-    beside = nearest < 2
-    assert np.all((found.distance[rows] > 0)[beside] == (nearest == 0)[beside])
-
-
 def test_the_sides_of_a_line_whose_bright_side_changes() -> None:
     left = np.arange(200) < 120
     image = np.where(np.arange(80)[:, None] < 40, 110.0, np.where(left, 40.0, 180.0))
@@ -118,15 +103,6 @@ def test_plain_regions_by_name_and_unknown_names_refused(ring: Extraction) -> No
         RegionParameters(kind="round")
 
 
-def test_corners_meet_at_right_angles(ring: Extraction) -> None:
-    found, arcs = ring.relations, ring.arcs
-    long = np.flatnonzero((arcs.kind == LINE) & (arcs.length > 40))
-    corners = (found.kind == JUNCTION) & np.isin(found.a, long) & np.isin(found.b, long)
-    assert np.count_nonzero(corners) == 16  # four of each square, both ways
-    assert np.abs(found.angle[corners] - np.pi / 2).max() < 0.02
-    assert found.distance[corners].max() < 0.01
-
-
 def test_bearings_point_from_one_to_the_other(ring: Extraction) -> None:
     found, first = ring.relations, len(ring.arcs)
     x = np.concatenate([(ring.arcs.start_x + ring.arcs.end_x) / 2, ring.regions.centroid_x])
@@ -151,31 +127,6 @@ def test_what_lies_in_a_hole_is_surrounded(ring: Extraction) -> None:
         (outside, between),
         (between, inside),
     }
-
-
-def test_rings_are_concentric_and_twins_of_equal_radius() -> None:
-    image = disc(60.2, 60.4, 30, (120, 260)) - disc(60.2, 60.4, 15, (120, 260)) + disc(190.1, 59.7, 30, (120, 260))
-    found = extract(np.clip(image + np.random.default_rng(4).normal(0, 2, image.shape), 0, 255))
-    arcs, relations = found.arcs, found.relations
-    big = np.flatnonzero(arcs.radius > 25)
-    small = np.flatnonzero(arcs.radius < 20)
-    assert (len(big), len(small)) == (2, 1)
-    left = big[np.argmin(arcs.centre_x[big])]
-    rows = relations.kind == CONCENTRIC
-    assert set(zip(relations.a[rows], relations.b[rows], strict=True)) == {(left, small[0]), (small[0], left)}
-    assert np.all(relations.distance[rows] < 3 * relations.distance_sigma[rows] + 0.02)
-    rows = relations.kind == EQUAL_RADIUS
-    assert set(zip(relations.a[rows], relations.b[rows], strict=True)) == {(big[0], big[1]), (big[1], big[0])}
-
-
-def test_an_end_on_the_course_of_another_meets_it() -> None:
-    # left half grey 60, right half 160 above and 230 below: one line down, one that ends on it from the right
-    image = render(lambda x, y: x - 60.3, (120, 120), 0.7, 60, 160)
-    image += render(lambda x, y: np.minimum(x - 60.3, y - 55.2), (120, 120), 0.7, 0, 70)
-    found = extract(np.clip(image + np.random.default_rng(5).normal(0, 2, image.shape), 0, 255))
-    rows = found.relations.kind == JUNCTION
-    assert np.count_nonzero(rows) == 2
-    assert found.relations.angle[rows] == pytest.approx(np.pi / 2, abs=0.03)
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.float64, list])

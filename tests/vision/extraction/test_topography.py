@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tests.vision.extraction.landscapes import labels_of, random_landscape
 from tests.vision.extraction.synthetic import step
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
@@ -79,15 +78,3 @@ def test_a_fillet_gives_a_ridge_and_a_sharp_step_none() -> None:
     assert len(ridge) == 1
     assert np.allclose([ridge.start_x[0], ridge.end_x[0]], 60.0, atol=0.1)
     assert len(extract(step(0.3, 0.0, fillet.shape) + noise).ridge_arcs) == 0
-
-
-def test_labels_of_hills_are_those_of_their_exact_derivatives() -> None:
-    size, sigma = 72, 2.0
-    land = random_landscape(np.random.default_rng(0), size)
-    y, x = np.mgrid[:size, :size].astype(np.float64)
-    image = land.jet(np.column_stack([x.ravel(), y.ravel()]))[0].reshape(size, size)
-    truth, clear = labels_of(land.smoothed(sigma), size, min_slope=0.5, min_bend=0.3, margin=0.1)
-    labels, _ = label_topography(image, np.full(256, 1e-3), TopographyParameters(scale=sigma, min_bend=0.3))
-    clear[:10] = clear[-10:] = clear[:, :10] = clear[:, -10:] = False  # the facets there see beyond the border
-    assert len(np.unique(truth[clear])) >= 6
-    assert np.mean(labels[clear] == truth[clear]) >= 0.98

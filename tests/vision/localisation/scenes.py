@@ -1,15 +1,11 @@
-"""Scenes of boxes with closed-form edges, pictures of them by ray casting, and the rendered bulkheads."""
+"""Scenes of boxes with closed-form edges, and pictures of them by ray casting."""
 
 from __future__ import annotations
-
-import json
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from examples.journey import cast
-from relmodel.arrays import Bytes, Floats, Floats32, Ints
+from relmodel.arrays import Bytes, Floats, Ints
 from vision.cameras.cameras import CalibrationSigma, Camera, Prior, Rig, perturb
 from vision.scene import Scene
 
@@ -95,13 +91,12 @@ def endless_blocks(pitch: float) -> Scene:
     return box_scene(boxes)
 
 
-def stereo_rig() -> Rig:
-    """Two unlike cameras 120 mm apart, turned in a little, exactly known."""
+def stereo_rig(size: float = 1.0) -> Rig:
+    """Two unlike cameras 120 mm apart, turned in a little, exactly known; of smaller pictures by a factor."""
     right = perturb(np.eye(4), np.array([120.0, 2, -3, 0.004, -0.15, 0.01]))
-    cameras = {
-        "left": Camera(640, 480, np.array([[700.0, 0, 322], [0, 700, 238], [0, 0, 1]])),
-        "right": Camera(640, 480, np.array([[705.0, 0, 315], [0, 704, 243], [0, 0, 1]])),
-    }
+    lenses = {"left": [[700.0, 0, 322], [0, 700, 238]], "right": [[705.0, 0, 315], [0, 704, 243]]}
+    cameras = {n: Camera(int(640 * size), int(480 * size), np.array([*lens, [0, 0, 1 / size]]) * size)
+               for n, lens in lenses.items()}  # fmt: skip
     return Rig(cameras, {"left": np.eye(4), "right": right}, dict.fromkeys(cameras, CalibrationSigma()))
 
 
@@ -122,56 +117,3 @@ def off(pose: Floats, sigma_mm: float, sigma_rad: float, seed: int) -> Prior:
     """A prior off by an error drawn from its sigmas."""
     error = np.random.default_rng(seed).normal(0, 1, 6) * np.repeat([sigma_mm, sigma_rad], 3)
     return Prior.isotropic(perturb(pose, error), sigma_mm, sigma_rad)
-
-
-def bulkhead(folder: Path) -> Scene:
-    """The rendered bulkhead of a folder of the test data, in its world."""
-    mesh = np.load(folder / "bulkhead_mesh.npz")
-    model = json.loads((folder / "model.json").read_text())
-    truth = json.loads(sorted((folder / "pairs").glob("*truth.json"))[0].read_text())
-    pose = np.array(truth["T_world_part"])
-    number = {name: i for i, name in enumerate(model["components"])}
-    surface_occurrence = np.array([number[f["component"]] for f in model["faces"]])
-    arc_occurrence = surface_occurrence[[e["faces"][0] for e in model["edges"]]]
-    arc = mesh["EI"].astype(np.int64)
-    point = mesh["EP"].astype(float)
-    inner = arc[1:] == arc[:-1]
-    before, after = np.append(False, inner), np.append(inner, False)
-    index = np.arange(len(arc))
-    way = point[index + after] - point[index - before]
-    length = np.linalg.norm(way, axis=1) / np.maximum(before.astype(int) + after, 1)
-    keep = length > 1e-6
-
-    def turned(v: Floats32) -> Floats:
-        v = v.astype(float)
-        return np.asarray(v / np.linalg.norm(v, axis=1)[:, None] @ pose[:3, :3].T)
-
-    way[~keep] = 1.0
-    return Scene(
-        mesh["V"].astype(float) @ pose[:3, :3].T + pose[:3, 3],
-        turned(mesh["N"]),
-        mesh["F"].astype(np.int64),
-        mesh["FI"].astype(np.int64),
-        surface_occurrence,
-        (point @ pose[:3, :3].T + pose[:3, 3])[keep],
-        turned(way)[keep],
-        turned(mesh["EN1"])[keep],
-        turned(mesh["EN2"])[keep],
-        arc[keep],
-        length[keep],
-        arc_occurrence,
-        np.ones(len(number), bool),
-        np.zeros(len(number)),
-    )
-
-
-def bulkhead_rig(truth: dict[str, Any]) -> tuple[Rig, Floats]:
-    """Rig and true pose of a rendered pair."""
-    cameras = truth["cameras"]
-    width, height = truth["image_size"]
-    rig = Rig(
-        {s: Camera(width, height, np.array(cameras[s]["K"])) for s in ("left", "right")},
-        {"left": np.eye(4), "right": np.array(truth["T_left_right"])},
-        dict.fromkeys(("left", "right"), CalibrationSigma()),
-    )
-    return rig, np.array(cameras["left"]["T_world_cam"])

@@ -13,11 +13,8 @@ from tests.vision.localisation.simulation import among_clutter
 from vision.cameras.cameras import Needs, Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import (
     EdgePoints,
-    build_evidence,
     build_fine_evidence,
-    look_up_evidence,
     predict,
-    project_directions,
     project_with_jacobians,
 )
 from vision.localisation.localisation_parameters import DEFAULTS
@@ -57,20 +54,12 @@ def fit(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior, star
     return Fit(scene, rig, indexes, build_fine_evidence(rig, edges), prior).refine(start)
 
 
-def test_a_part_that_stands_elsewhere_does_not_drag_the_pose() -> None:
-    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
-    edges = exact_edges(truth, np.random.default_rng(1), shift=np.array([3.0, 2.0]))
-    found = fit(scene, rig, edges, off(truth, 20.0, np.radians(2), 3), truth)
-    assert np.abs(perturbation(found.world_from_rig, truth)[:3]).max() < 0.5
-
-
 @pytest.mark.parametrize(
     ("cameras", "shift"),
     [
         (("left",), (0.0, 0.0)),
         (("left",), (4.0, 3.0)),
         (("left", "right"), (2.0, 1.5)),
-        (("left", "right"), (-5.0, 2.0)),
     ],
 )
 def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
@@ -95,14 +84,13 @@ def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
         assert votes < 0.15
 
 
-@pytest.mark.parametrize("shift", [(2.0, -3.0)])
-def test_of_two_like_bodies_that_disagree_either_may_be_off(shift: tuple[float, float]) -> None:
+def test_of_two_like_bodies_that_disagree_either_may_be_off() -> None:
     """Two cubes that tell as much as each other, near enough for their edges to be found: the covariance holds the
     truth wherever the pose comes out, and what other cube may be off, or none, is a pose of its own."""
     scene = box_scene([(np.array([20.0, -40, 0]), np.full(3, 80.0)), (np.array([-120.0, -40, 0]), np.full(3, 80.0))])
     rig, truth = stereo_rig().only("left"), above(-10, 0, 500)
     for shifted in (0, 1):
-        edges = exact_edges(truth, np.random.default_rng(3), shift=np.array(shift), scene=scene, shifted=(shifted,))
+        edges = exact_edges(truth, np.random.default_rng(3), np.array([2.0, -3.0]), scene, (shifted,))
         found = fit(scene, rig, edges, off(truth, 6.0, np.radians(1), 4), truth)
         d = perturbation(found.world_from_rig, truth)
         assert d @ np.linalg.solve(found.covariance, d) < 3.5**2
@@ -112,15 +100,14 @@ def test_of_two_like_bodies_that_disagree_either_may_be_off(shift: tuple[float, 
         assert np.abs(perturbation(right.world_from_rig, truth)[:3]).max() < 0.5
 
 
-@pytest.mark.parametrize("printed", [(7,), (0, 9)])
-def test_a_fit_that_an_arc_leads_astray_finds_back_without_it(printed: tuple[int, ...]) -> None:
+def test_a_fit_that_an_arc_leads_astray_finds_back_without_it() -> None:
     """One camera before a box, of which some edges show nothing and lines are printed 4 px beside them."""
     scene = box_scene([(np.array([-60.0, -40, 0]), np.array([120.0, 80, 60]))])
     rig, truth = stereo_rig().only("left"), above(15, -25, 420)
     seen = find_visible_arcs(scene, rig.cameras["left"], truth @ rig.rig_from_camera["left"])
     whole = exact_edges(truth, np.random.default_rng(2), scene=scene)["left"]
     position = whole.position.copy()
-    for arc in printed:
+    for arc in (0, 9):
         own = np.flatnonzero(seen.arc == arc)
         across = whole.normal[own[0]]
         inward = np.sign((seen.pixel.mean(axis=0) - seen.pixel[own].mean(axis=0)) @ across)
@@ -154,43 +141,6 @@ def test_nothing_is_left_out_of_one_rigid_part() -> None:
     assert not found.others
 
 
-def test_evidence_is_high_on_edges_and_what_is_expected_there() -> None:
-    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
-    edges = exact_edges(truth, np.random.default_rng(2))
-    fields = [build_evidence(edges[n], 2.0, 3.0, 1) for n in rig.cameras]
-
-    def mean(pose: Floats) -> float:
-        p = predict(scene, rig, pose, 2000)
-        return float(
-            np.average(
-                look_up_evidence(p, fields, project_with_jacobians(p)[0], project_directions(p)), weights=p.weight
-            )
-        )
-
-    assert mean(truth) > 0.7
-    assert mean(perturb(truth, np.array([12.0, 9, 0, 0, 0, 0.02]))) < 0.3 * mean(truth)
-
-
-def test_parallel_texture_is_worth_little() -> None:
-    """A contour among hundreds of parallel strokes against the same contour alone."""
-    rng = np.random.default_rng(5)
-    line = np.stack([np.arange(100.0, 500), np.full(400, 240.0)], axis=1)
-    strokes = rng.uniform([20, 20], [620, 460], (20000, 2))
-    up = np.array([0.0, 1.0])
-
-    def field_on_line(position: Floats) -> float:
-        n = len(position)
-        points = EdgePoints(
-            position, np.tile(up, (n, 1)), np.full(n, 50.0), np.full(n, 0.1), np.zeros(2), np.array([639.0, 479]), 200.0
-        )
-        e = build_evidence(points, 2.0, 3.0, 1)
-        at = np.rint((line - e.origin) / e.cell).astype(int)
-        return float(e.field[0, at[:, 1], at[:, 0]].mean())
-
-    assert field_on_line(line) > 1.5
-    assert field_on_line(np.concatenate([line, strokes])) < 0.4 * field_on_line(line)
-
-
 @pytest.mark.parametrize("turned", [0.0, 0.1])
 def test_jacobians_are_derivatives(turned: float) -> None:
     scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
@@ -203,40 +153,6 @@ def test_jacobians_are_derivatives(turned: float) -> None:
         moved = perturbation(np.eye(4), perturb(perturb(np.eye(4), at), h * np.eye(6)[k]))
         numeric = (project_with_jacobians(p, moved)[0] - project_with_jacobians(p, at)[0]) / h
         assert np.allclose(numeric, jacobian[:, :, k], rtol=1e-3, atol=1e-2)
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_refinement_never_worsens(seed: int) -> None:
-    """Like cubes, of which most have stronger edges beside their own: labels, shadows, other things that look alike."""
-    rng = np.random.default_rng(seed)
-    scene = box_scene(
-        [(np.array([75.0 * i - 115, 80.0 * j - 70, 0]), np.full(3, 55.0)) for i in range(3) for j in (0, 1)]
-    )
-    rig, truth = stereo_rig().only("left"), above(0, 0, 520)
-    own = exact_edges(truth, rng, scene=scene)["left"]
-    cubes = rng.permutation(6)[:4]
-    shift = rng.normal(0, 1, 2)
-    beside = exact_edges(truth, rng, 5 * shift / np.linalg.norm(shift), scene, tuple(cubes.tolist()))["left"]
-    edges = {
-        "left": EdgePoints(
-            np.concatenate([own.position, beside.position]),
-            np.concatenate([own.normal, beside.normal]),
-            np.concatenate([0.3 * own.contrast, beside.contrast]),
-            np.concatenate([own.sigma, beside.sigma]),
-            own.low,
-            own.high,
-            own.grey_range,
-        )
-    }
-    prior = off(truth, 10.0, np.radians(1.5), seed)
-    fields = build_fine_evidence(rig, edges)
-    start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.5, 0.001], 3))
-    found = fit(scene, rig, edges, prior, start)
-    here = Fit(scene, rig, {"left": EdgeIndex(edges["left"])}, fields, prior)
-    measured = here.measure(start, np.array(found.camera_unknowns), np.zeros(len(scene.inspected), bool))
-    assert found.cost <= measured.cost + 1e-9
-    assert np.isfinite(found.covariance).all()
-    assert compute_precision(found.covariance, found.middle)[0] < prior.sigma_translation_mm
 
 
 def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:

@@ -312,7 +312,7 @@ def test_a_scan_finds_of_each_pose_the_turn_that_gathers_most() -> None:
     turn = [np.median(jacobian[p.view == c][:, :, 3:], axis=0) for c in (0, 1)]
     shifts = [(x, y) for y in range(-10, 11, 2) for x in range(-10, 11, 2)]
     turns = [np.linalg.lstsq(turn[0], 4.0 * np.array(shift), rcond=None)[0] for shift in shifts]
-    for row in (0, 3, 77, 500, count - 1):
+    for row in (0, 77, count - 1):
         at, out = ((project_with_jacobians(p, begun[row])[0] - coarse[0].origin) / 4.0), []
         along = project_directions(p, begun[row])
         for added in turns:

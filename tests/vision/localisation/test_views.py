@@ -10,13 +10,12 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
-from tests.vision.localisation.test_visibility import CAMERA, cylinder, looking
+from tests.vision.localisation.test_visibility import CAMERA, looking
 from vision.cameras.cameras import Camera, Rig
-from vision.localisation.views import SHARP, SILHOUETTE, find_view_arcs, view_model
+from vision.localisation.views import SHARP, find_view_arcs, view_model
 from vision.localisation.visibility import (
     are_in_picture,
     find_parts_in_view,
-    find_silhouettes,
     find_visible_arcs,
     lay_rays,
     map_surfaces,
@@ -98,19 +97,6 @@ def test_runs_are_parted_where_something_hides_an_arc_for_long() -> None:
             assert view.length[run] == pytest.approx(view.samples.length_px[own].sum())
             assert (np.diff(view.samples.point[own, 0]) > 0).all()
         assert (np.diff(view.run) >= 0).all()
-
-
-def test_silhouettes_of_a_tube_are_two_strands() -> None:
-    scene = cylinder(30.0, 100.0, 64)
-    view = find_view_arcs(scene, CAMERA, looking(np.array([260.0, 0, 50]), np.array([0.0, 0, 50])))
-    assert view.kind.tolist() == [SILHOUETTE] * 2
-    assert view.element.tolist() == [0, 0]
-    sides = [np.sign(view.samples.point[view.run == run, 1]) for run in (0, 1)]
-    assert {tuple(np.unique(side).tolist()) for side in sides} == {(1.0,), (-1.0,)}
-    whole = find_silhouettes(scene, np.array([260.0, 0, 50]))
-    radial = whole.point * [1, 1, 0]
-    assert (np.einsum("ni,ni->n", whole.normal, radial) > 0).all()
-    assert np.abs(np.einsum("ni,ni->n", whole.normal, np.array([260.0, 0, 50]) - whole.point)).max() < 2.0
 
 
 @pytest.mark.parametrize("camera", [CAMERA, LENS], ids=["pinhole", "lens"])

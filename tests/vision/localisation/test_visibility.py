@@ -1,17 +1,13 @@
-"""Visibility against what geometry says of boxes, and against the exact truth of rendered pairs."""
+"""Visibility against what geometry says of boxes and tubes."""
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 
 from relmodel.arrays import Floats
 from relmodel.readers.mesh.shape import shape_from_triangles
-from tests.vision.localisation.scenes import box_scene, bulkhead, bulkhead_rig
+from tests.vision.localisation.scenes import box_scene
 from vision.cameras.cameras import Camera
 from vision.localisation.visibility import Silhouettes, find_silhouettes, find_visible_arcs
 from vision.scene import Scene
@@ -113,22 +109,3 @@ def test_long_segments_of_a_silhouette_are_seen_all_along() -> None:
     assert split.surface.tolist() == [4] * 10 + [7] * 3
     assert split.length.tolist() == [20] * 10 + [30] * 3
     np.testing.assert_allclose(split.point[:, 2], [*range(10, 200, 20), 70, 100, 130])
-
-
-@pytest.mark.data
-@pytest.mark.parametrize(("part", "pair"), [("A", 0), ("C", 3)])
-def test_visible_samples_of_rendered_pairs(data_dir: Path, part: str, pair: int) -> None:
-    folder = data_dir / "bulkhead" / part
-    truth = json.loads((folder / "pairs" / f"pair_{pair:02d}_truth.json").read_text())
-    rig, pose = bulkhead_rig(truth)
-    scene = bulkhead(folder)
-    world_from_part = np.array(truth["T_world_part"])
-    for side in rig.cameras:
-        edges = np.load(folder / "pairs" / f"pair_{pair:02d}_{side}_edges.npz")
-        wanted = edges["xyz_part"].astype(float) @ world_from_part[:3, :3].T + world_from_part[:3, 3]
-        seen = find_visible_arcs(scene, rig.cameras[side], pose @ rig.rig_from_camera[side])
-        sharp = edges["kind"] == 0
-        missed = np.asarray(cKDTree(seen.point).query(wanted[sharp])[0]) > 2.5
-        extra = np.asarray(cKDTree(wanted).query(seen.point[(seen.sample >= 0) & ~seen.smooth])[0]) > 2.5
-        assert missed.mean() < 0.005
-        assert extra.mean() < 0.005

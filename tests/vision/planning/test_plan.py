@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -18,6 +18,7 @@ from relmodel.geometry.transforms import Joint, JointTree
 from relmodel.store import Store
 from relmodel.world.kinematics import MountedRig
 from relmodel.world.placement import place_world
+from tests.given import NewStore
 from tests.parts.solids import Part, box, cylinder
 from tests.parts.step_parts import write_product
 from tests.poses import pose_of
@@ -45,14 +46,12 @@ SIZE = (120.0, 80.0, 60.0)
 ONE = Rig({"left": Camera(800, 600, np.array([[F, 0, 399.5], [0, F, 299.5], [0, 0, 1]]))}, {"left": np.eye(4)})
 
 
-@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def block(
-    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Store]:
+@pytest.fixture(scope="module")
+def block(new_store: NewStore, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Store]:
     """A block with a blind hole in its top and one in its bottom, turned in its world."""
     solid = Part(box((0, 0, 0), SIZE))
     solid.cut(cylinder((60, 40, 61), 12, 16, (0, 0, -1)), cylinder((90, 40, -1), 12, 16))
-    with Store.open(new_store(request.param)) as store:
+    with Store.open(new_store("duckdb")) as store:
         place(store, tmp_path_factory.mktemp("block"), solid.body)
         yield store
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from relmodel.arrays import Floats
 from tests.vision.account.test_elements_beside import edge_points, samples_at
 from vision.account.runs import EdgeRuns
 from vision.account.samples import Samples, find_nearby, measure_support
@@ -18,20 +17,12 @@ from vision.presence.surfaces import (
     find_moving_surfaces,
     find_shaded,
     find_usable,
-    measure_moved,
     seek_moved,
 )
 
 P = PresenceParameters()
 NONE = np.zeros(0, np.int64)
 ALONE = FacePairs(NONE, NONE, NONE, np.zeros(0), NONE, np.zeros(0))
-
-
-def ring(radius: float, centre: Floats, count: int) -> tuple[Floats, Floats]:
-    """Points of a circle and its unit normals outward."""
-    angle = 2 * np.pi * np.arange(count) / count
-    outward = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return centre + radius * outward, outward
 
 
 def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
@@ -53,50 +44,6 @@ def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
     return EdgePredictions(samples, moving, beside, runs, nearby.contrast * nearby.offset > 0)
 
 
-def bore(true_radius: float, aside: Floats, noise: float) -> EdgePredictions:
-    """A bore of 40 mm radius at (100, 100), 1.2 px a mm, seen with another radius and place; px."""
-    scale, centre = 1.2, np.array([100.0, 100.0])
-    pixel, outward = ring(40 * scale, centre, 300)
-    direction = np.stack([-outward[:, 1], outward[:, 0]], axis=1)
-    image_normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
-    # A bore's surface faces the axis.
-    normal = -np.concatenate([outward, np.zeros((300, 1))], axis=1)
-    rate = scale * np.einsum("ni,ni->n", normal[:, :2], image_normal)
-    samples = samples_at(pixel, direction, np.tile([0, 1], (300, 1)), np.zeros(300, np.int64))
-    up = np.tile([0.0, 0.0, 1.0], (300, 1))
-    samples = Samples(
-        **{
-            **samples.__dict__,
-            "normal": np.stack([normal, up], axis=1),
-            "px_per_mm": np.stack([rate, np.zeros(300)], axis=1),
-        }
-    )
-    rng = np.random.default_rng(5)
-    there, facing = ring(true_radius * scale, centre + scale * aside, 420)
-    there = there + rng.normal(size=(420, 1)) * noise * facing
-    index = EdgeIndex(edge_points(there, facing))
-    return look(samples, index)
-
-
-@pytest.mark.parametrize(("radius", "aside"), [(40.0, (0.0, 0.0)), (40.6, (0.4, -0.3)), (39.2, (-0.5, 0.2))])
-def test_a_bore_s_radius_and_place_are_measured(radius: float, aside: tuple[float, float]) -> None:
-    edges = bore(radius, np.array(aside), noise=0.15)
-    found, closed = measure_moved(edges, np.array([0]), np.zeros(2), P)
-    sigma = np.sqrt(np.diagonal(found.covariance[0]))
-    assert closed[0]
-    assert 40 - found.x[0, 3] == pytest.approx(radius, abs=min(3 * sigma[3], 0.1))
-    assert found.x[0, :3] == pytest.approx([*aside, 0.0], abs=0.1)
-    assert (sigma[[0, 1, 3]] < 0.3).all()
-
-
-def test_a_bore_of_another_size_is_sought_and_found() -> None:
-    edges = bore(34.0, np.zeros(2), noise=0.15)
-    moved, _ = seek_moved(edges, 2, 1, ALONE, P)
-    assert moved == pytest.approx([6.0, 0.0], abs=P.moved.step_mm)
-    found, _ = measure_moved(edges, np.array([0]), moved, P)
-    assert found.x[0, 3] == pytest.approx(6.0, abs=3 * found.covariance[0, 3, 3] ** 0.5)
-
-
 @pytest.mark.parametrize(
     ("out", "bright", "dark"), [(4, 1, 1.0), (4, -1, 0.0), (-4, 1, 0.0), (-4, -1, 1.0), (4, 0, 0.5)]
 )
@@ -110,54 +57,6 @@ def test_what_lies_between_is_dark_where_the_edge_is_bright_beyond(out: int, bri
     there, elsewhere = pixel + np.array([0, out]), pixel - np.array([0, 9])
     index = EdgeIndex(edge_points(np.concatenate([there, elsewhere]), np.concatenate([up, -up])))
     assert find_shaded(look(samples, index), np.array([out / 2, 0.0])).tolist() == [dark, 0.0]
-
-
-@pytest.mark.parametrize("out", [0.0, 0.5])
-def test_a_flat_face_has_no_shift_of_its_own(out: float) -> None:
-    """A face seen along one edge: how far outward it lies and how far it is shifted that way are the same."""
-    line = np.arange(30.0, 171.0)
-    pixel, along = np.stack([line, 0 * line + 100], axis=1), np.tile([1.0, 0.0], (len(line), 1))
-    samples = samples_at(pixel, along, np.tile([0, 1], (len(line), 1)), np.zeros(len(line), np.int64))
-    samples.px_per_mm[:] = [1.5, 0.0]
-    index = EdgeIndex(edge_points(pixel + np.array([0.0, 1.5 * out]), np.tile([0.0, 1.0], (len(line), 1))))
-    found, closed = measure_moved(look(samples, index), np.array([0]), np.zeros(2), P)
-    assert not closed[0]
-    assert found.x[0] == pytest.approx([0, 0, 0, out], abs=1e-3)
-
-
-def test_texture_moves_nothing() -> None:
-    """Elements all over the place, no ring among them: no displacement is surer than in place."""
-    edges = bore(40.0, np.zeros(2), noise=0.15)
-    rng = np.random.default_rng(7)
-    angle = rng.uniform(0, 2 * np.pi, 3000)
-    index = EdgeIndex(edge_points(rng.uniform(20, 180, (3000, 2)), np.stack([np.cos(angle), np.sin(angle)], axis=1)))
-    assert not seek_moved(look(edges.samples, index), 2, 1, ALONE, P)[0].any()
-
-
-@pytest.mark.parametrize(("nearby", "moved"), [(-4.0, -4.0), (-9.0, 0.0), (9.0, 9.0)])
-def test_no_side_of_a_rib_moves_through_the_other(nearby: float, moved: float) -> None:
-    """Side 0 of a rib of 6 mm, 1 px a mm: a line 9 mm behind it is none of its edge."""
-    line = np.arange(30.0, 171.0)
-    pixel = np.stack([line, np.full_like(line, 100.0)], axis=1)
-    along = np.tile([1.0, 0.0], (len(line), 1))
-    samples = samples_at(pixel, along, np.tile([0, 2], (len(line), 1)), np.zeros(len(line), np.int64))
-    samples.px_per_mm[:] = [1.0, 0.0]
-    index = EdgeIndex(edge_points(pixel + np.array([0.0, nearby]), np.tile([0.0, 1.0], (len(line), 1))))
-    one = np.ones(1, np.int64)
-    rib = FacePairs(0 * one, 0 * one, one, np.array([6.0]), one, np.array([100.0]))
-    found, _ = seek_moved(look(samples, index), 3, 1, rib, P)
-    assert found == pytest.approx([moved, 0, 0], abs=P.moved.step_mm)
-
-
-def test_no_surface_moves_to_where_its_edges_are_out_of_sight() -> None:
-    """None of eight edges is found, 3 px a mm: nor 28 px away, where elements are no longer looked for."""
-    line, edges = np.arange(80.0), np.arange(8)
-    x, y = np.tile(line, 8), np.repeat(40.0 * edges, len(line))
-    along = np.tile([1.0, 0.0], (len(x), 1))
-    samples = samples_at(np.stack([x, y], axis=1), along, np.tile([0, 1], (len(x), 1)), np.repeat(edges, len(line)))
-    samples.px_per_mm[:] = [3.0, 0.0]
-    index = EdgeIndex(edge_points(np.full((1, 2), 999.0), np.array([[0.0, 1.0]])))
-    assert not seek_moved(look(samples, index), 2, 1, ALONE, P)[0].any()
 
 
 @pytest.mark.parametrize("deeper", [0.0, -3.0, 4.5])
@@ -181,22 +80,3 @@ def test_a_floor_moves_and_not_the_walls_that_it_meets(deeper: float) -> None:
     index = EdgeIndex(edge_points(there, np.tile([0.0, 1.0], (len(pixel), 1))))
     moved, _ = seek_moved(look(samples, index), 6, 1, ALONE, P)
     assert moved == pytest.approx([deeper, 0, 0, 0, 0, 0], abs=2 * P.moved.step_mm)
-
-
-def test_a_corner_moves_with_the_wall_that_runs_into_it() -> None:
-    """A wall, 0, looks along y, and a rounded corner, 1, is tangent to it and to the wall that looks along x, 2, at its
-    other end: an edge of the corner is carried by itself and by both walls, as its normal looks."""
-    angle = np.pi / 2 * np.linspace(0, 1, 21)
-    normal = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    samples = samples_at(normal[:, :2], normal[:, :2], np.tile([1, 3], (21, 1)), np.zeros(21, np.int64))
-    samples.normal[:, 0] = normal
-    samples.px_per_mm[:] = [1.5, 0.7]
-    planes = np.array([[0.0, 1, 0], [1, 0, 0]])
-    moving = find_moving_surfaces(samples, (np.array([0, 2]), np.array([1, 1]), planes))
-    assert moving.surface.tolist() == np.repeat([0, 1, 2, 3], 21).tolist()
-    mm = np.array([2.0, 0, 0, 0])
-    np.testing.assert_allclose(moving.displace(mm, 21), 1.5 * 2.0 * np.sin(angle), atol=1e-12)
-    mm = np.array([2.0, 0, -1.0, 3.0])
-    np.testing.assert_allclose(
-        moving.displace(mm, 21), 1.5 * (2.0 * np.sin(angle) - np.cos(angle)) + 0.7 * 3.0, atol=1e-12
-    )

@@ -139,7 +139,7 @@ def less_likely_places(one: Floats, other: Floats) -> float:
 
 
 @pytest.mark.parametrize("injective", [True, False])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0])
 def test_joins_are_what_loops_find_on_both_engines(fresh_store: str, seed: int, injective: bool) -> None:
     rows, mine, theirs = problem(seed, injective)
     weights, saves = by_hand(rows, mine, theirs)

@@ -8,7 +8,7 @@ import pytest
 from shapely import LinearRing, LineString, distance
 from shapely.ops import nearest_points
 
-from relmodel.arrays import Bools, Floats
+from relmodel.arrays import Floats
 from vision.relations.relations import (
     CONCENTRIC,
     EQUAL_RADIUS,
@@ -18,7 +18,6 @@ from vision.relations.relations import (
     PARALLEL,
     Areas,
     ImageCurves,
-    RelationParameters,
     Relations,
     relate,
 )
@@ -65,40 +64,6 @@ def only(found: Relations, kind: int, a: int, b: int) -> tuple[float, ...]:
     assert len(rows) == 1
     row = rows[0]
     return tuple(map(float, (found.distance[row], found.distance_sigma[row], found.angle[row], found.angle_sigma[row])))
-
-
-def test_parallel_lines_know_on_which_side_they_are() -> None:
-    # y down: walking to the right, the left is above
-    found = relate(curves([(0, 50), (80, 50)], [(10, 30), (90, 32)], [(200, 50.5), (150, 50.5)]), NO_AREAS)
-    assert only(found, PARALLEL, 0, 1)[0] == pytest.approx(19.0)
-    assert only(found, PARALLEL, 0, 1)[2] == pytest.approx(np.arctan2(2, 80))
-    assert only(found, PARALLEL, 1, 0)[0] == pytest.approx(-19.0, abs=0.3)
-    # in line with it, across a gap, walked the other way
-    assert only(found, PARALLEL, 0, 2)[0] == pytest.approx(-0.5)
-    assert only(found, NEAR, 0, 2)[0] == pytest.approx(np.hypot(70, 0.5))
-    assert only(found, NEAR, 0, 1)[2] == pytest.approx(np.arctan2(-19, 10))
-
-
-def test_a_region_is_as_far_as_its_outline() -> None:
-    found = relate(curves([(0, 100), (60, 100)], [(90, 100), (110, 100)]), square(100.0, 100.0, 30.0))
-    assert only(found, NEAR, 0, 2)[0] == pytest.approx(10.0)
-    assert only(found, NEAR, 0, 2)[2] == pytest.approx(0.0)
-    # a region chooses one arc, and arcs none
-    assert set(found.b[(found.kind == NEAR) & (found.a == 2)]) == {0}
-
-
-def test_streaks_do_not_crowd_out_what_matters() -> None:
-    edges = [[(0.0, 90.0 * i), (200.0, 90.0 * i)] for i in range(3)]
-    streaks = [[(9.0 * i, 20.0), (9.0 * i + 6, 20.0)] for i in range(24)]
-    drawn = curves(*edges, *streaks)
-    doubtful = replace(drawn, salience=np.where(np.arange(27) < 3, 200.0, 0.1))
-    parameters = RelationParameters(neighbours=4, least_neighbours=0)
-
-    def has(found: Relations) -> Bools:
-        return np.asarray((found.kind == NEAR) & (found.a == 0) & (found.b == 1))
-
-    assert np.count_nonzero(has(relate(doubtful, NO_AREAS, parameters))) == 1
-    assert not has(relate(replace(drawn, salience=np.full(27, 10.0)), NO_AREAS, parameters)).any()
 
 
 def test_stated_deviations_are_those_of_lines_drawn_again_and_again() -> None:

@@ -95,7 +95,7 @@ def test_exchanged_pictures_are_told() -> None:
     assert "if a and b are each other's: exchange their pictures" in said
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_right_rig_is_not_doubted_nor_one_of_which_little_is_known(seed: int) -> None:
     rig = stereo_rig()
     assert doubt_rig(rig, shown(rig, seed=seed)) is None

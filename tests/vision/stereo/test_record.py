@@ -10,7 +10,8 @@ import pytest
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
 from tests.labelling.oracle import add_unit_set
-from tests.vision.stereo.scenes import picture_of, toed_in_rig, wireframe_scene
+from tests.vision.stereo.flat_pairs import parallel_rig, random_pair
+from tests.vision.stereo.scenes import picture_of
 from vision.stereo.match import StereoMatches, match_pictures, record_stereo
 
 PROBLEM = 3
@@ -18,9 +19,8 @@ PROBLEM = 3
 
 @pytest.fixture(scope="module")
 def found() -> StereoMatches:
-    rig = toed_in_rig()
-    scene = wireframe_scene(rig, 4)
-    return match_pictures(rig, picture_of(scene.left), picture_of(scene.right))
+    left, right, _ = random_pair(0)
+    return match_pictures(parallel_rig(), picture_of(left), picture_of(right))
 
 
 @pytest.fixture(scope="module")
