@@ -18,7 +18,7 @@ def page_bounds(boxes: np.ndarray, size: int) -> np.ndarray:
     return bounds_of_runs(boxes[page_order(boxes, size)], np.arange(0, len(boxes), size))
 
 
-@pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 64, 65, 1000, 12345])
+@pytest.mark.parametrize("n", [0, 1, 8, 9, 12345])
 def test_every_box_has_a_page_and_pages_are_full(n: int) -> None:
     boxes = random_boxes(n, n)
     page = pack(boxes, page_size=8)
