@@ -85,9 +85,9 @@ def test_volume_and_area_stated_in_inches(unit: str, duckdb_file: Path, tmp_path
     assert (shape.volume, shape.area) == (pytest.approx(98322.384), pytest.approx(14193.52))
 
 
-def test_a_stated_volume_that_is_not_its_own_is_a_finding(fresh_store: str, tmp_path: Path) -> None:
+def test_a_stated_volume_that_is_not_its_own_is_a_finding(duckdb_file: Path, tmp_path: Path) -> None:
     path = write_box(tmp_path / "box.step", volume=98322.384 * 1.02)
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         with pytest.raises(InputError, match=r"box\.step has 1 finding, the first: .*volume.*without --strict"):
             load(store, path, name="box", strict=True)
         (refused,) = findings(store)
@@ -129,13 +129,13 @@ def test_a_vertex_beside_its_edges(off: float, kinds: tuple[str, ...], duckdb_fi
             assert row.bound <= 0.1
 
 
-def test_what_was_fitted_to_a_mesh_passes_the_check(fresh_store: str, tmp_path: Path) -> None:
+def test_what_was_fitted_to_a_mesh_passes_the_check(duckdb_file: Path, tmp_path: Path) -> None:
     """A turned post with noise of 0.03 mm: edges lie further off the fitted faces than 0.01 mm."""
     post = trimesh.creation.cylinder(10.0, 30.0, sections=48)
     rng = np.random.default_rng(1)
     post.vertices += rng.normal(scale=0.03, size=post.vertices.shape)
     post.export(tmp_path / "post.ply")
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         load(store, tmp_path / "post.ply", name="post", unit="mm")
         assert not [found for found in check(store) if found.rows]
 

@@ -86,9 +86,9 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(fresh_store: str,
         assert changed == {"object_variant"}
 
 
-def test_rows_of_a_box_are_what_its_geometry_says(fresh_store: str, tmp_path: Path) -> None:
+def test_rows_of_a_box_are_what_its_geometry_says(duckdb_file: Path, tmp_path: Path) -> None:
     path = write_box(tmp_path / "box.stl", 10)
-    with Store.open(fresh_store) as store, store.read() as connection:
+    with Store.open(duckdb_file) as store, store.read() as connection:
         load(store, path, name="box", unit="mm")
 
         def rows(table: str) -> list[dict[str, object]]:
@@ -225,10 +225,11 @@ def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fr
 
 
 def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(duckdb_file: Path) -> None:
-    shape = step_shape.extract(compound(*faces_of_rare_kinds()))
+    faces = faces_of_rare_kinds()
+    shape = step_shape.extract(compound(*(faces[i] for i in (1, 3, 5, 8, -1))))
     assembly = Assembly("root", (Instance("sheet", "part", 0, np.eye(4)),))
     parts = (Part("1", "sheet", 0),)
-    model = Model("STEP", "millimetre", 1.0, (shape,), parts, (assembly,), 0, 14, "test")
+    model = Model("STEP", "millimetre", 1.0, (shape,), parts, (assembly,), 0, 5, "test")
     with Store.open(duckdb_file) as store:
         first = store_model(store, model, "rare")
         counts = row_counts(store)
@@ -238,5 +239,5 @@ def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(duckdb_fi
         assert {k: v for k, v in row_counts(store).items() if k.startswith(("arc", "surface"))} == {
             k: v for k, v in counts.items() if k.startswith(("arc", "surface"))
         }
-        assert first.surfaces_added > 14
+        assert first.surfaces_added > 5
         assert not [found for found in check(store) if found.rows]

@@ -34,7 +34,6 @@ from tests.reading import load, read_here, shared, store_model
 from vision.scene import read_scene
 
 
-
 @cache
 def instances(path: Path) -> dict[str, str]:
     """Text of each instance by its number, blanks taken out; of files whose strings hold no semicolon."""

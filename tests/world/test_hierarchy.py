@@ -65,7 +65,7 @@ def offending(store: Store, *checks: str) -> list[dict[str, Any]]:
 
 
 def test_hundreds_of_objects_deep(duckdb_file: Path, tmp_path: Path) -> None:
-    depth, rng = 200, np.random.default_rng(0)
+    depth, rng = 120, np.random.default_rng(0)
     poses = np.tile(np.eye(4), (depth, 1, 1))
     poses[:, :3, :3] = rotation_matrix(rng.uniform(-1, 1, (depth, 3)))
     poses[:, :3, 3] = rng.uniform(-5, 5, (depth, 3))
