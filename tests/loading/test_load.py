@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 import trimesh
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
-from OCP.gp import gp_Pnt
 
 from relmodel.errors import InputError, StoreError
 from relmodel.loading import load as loading
@@ -155,17 +153,6 @@ def test_a_step_variant_adds_what_changed(duckdb_file: Path, tmp_path: Path) -> 
             assert (kinds.count("through_hole"), kinds.count("pocket")) == (6, 2)
             # Bores of 10, 12, 14 and 16 mm, a pocket, the web below it, and the body.
             assert len(classes) == 7
-
-
-def test_a_wire_beside_a_solid_is_left_out(duckdb_file: Path, tmp_path: Path) -> None:
-    edge = BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 50), gp_Pnt(30, 0, 50)).Edge()
-    wire = BRepBuilderAPI_MakeWire(edge).Wire()
-    write_solids(tmp_path / "wire.step", wire, solids.box((0, 0, 0), (30, 20, 10)))
-    with Store.open(duckdb_file) as store:
-        assert load(store, tmp_path / "wire.step", name="wire").faces_loaded == 6
-        counts = row_counts(store)
-        assert (counts["shape"], counts["shape_surface"], counts["shape_arc"]) == (1, 6, 12)
-        assert not [f for f in check(store) if f.rows]
 
 
 @pytest.fixture(scope="module")

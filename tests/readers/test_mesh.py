@@ -91,27 +91,6 @@ def test_triangles_that_run_against_their_neighbours_are_turned(fit: bool) -> No
         assert [(f.kind, f.value) for f in shape.findings] == [("mended_winding", count)]
 
 
-def test_an_open_mesh_is_mended_and_stays_open() -> None:
-    box = trimesh.creation.box([5] * 3)
-    lid = box.face_normals[:, 2] > 0.9
-    box.update_faces(~lid)
-    box.faces[:2] = box.faces[:2, ::-1]
-    assert [(f.kind, f.value) for f in shape_of(box).findings] == [("mended_winding", 2.0), ("open_mesh", 4.0)]
-
-
-def test_a_moebius_strip_has_one_side_and_stays_as_it_is() -> None:
-    turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    middle = 20 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
-    across = 3 * (np.cos(turn / 2)[:, None] * middle / 20 + np.sin(turn / 2)[:, None] * [0, 0, 1])
-    i = np.arange(24)
-    a, b = np.stack([i, i + 24]), np.stack([(i + 1) % 24, (i + 1) % 24 + 24])
-    b[:, -1] = b[::-1, -1]
-    strip = np.concatenate([np.stack([a[0], b[0], a[1]], axis=1), np.stack([a[1], b[0], b[1]], axis=1)])
-    shape = shape_from_triangles(np.concatenate([middle + across, middle - across]), strip)
-    assert shape is not None
-    assert [f.kind for f in shape.findings] == ["open_mesh"]
-
-
 def test_a_tessellated_cylinder_is_a_cylinder_between_two_planes() -> None:
     shape = shape_of(trimesh.creation.cylinder(radius=50, height=200, sections=64))
     assert Counter(shape.surfaces["kind"]) == {"plane": 2, "cylinder": 1}
@@ -251,13 +230,6 @@ def test_a_scene_becomes_assemblies_and_shared_geometry_stays_shared(tmp_path: P
     assert sorted(v for v in found if v is not None) == pytest.approx(expected)
     low, high = np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)
     assert np.allclose([low, high], truth.bounds * 1000, atol=1e-2)
-
-
-@pytest.mark.parametrize(("unit", "size"), [("mm", 30), ("inch", 762), ("m", 30000)])
-def test_the_unit_that_is_given_holds(unit: str, size: float, tmp_path: Path) -> None:
-    l_bracket().export(tmp_path / "part.ply")
-    model = read_mesh(tmp_path / "part.ply", unit)
-    assert model.shapes[0].surfaces["x1"].max() == pytest.approx(size)
 
 
 @pytest.mark.parametrize("suffix", ["stl", "ply", "obj", "glb", "3mf"])

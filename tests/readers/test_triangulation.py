@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,7 +33,6 @@ from relmodel.readers.step import shape as step_shape
 from relmodel.readers.step import triangulation
 from relmodel.readers.step.faces import face_map
 from tests.parts.brackets_and_drums import foundry
-from tests.parts.step_parts import loaded
 
 
 @cache
@@ -135,29 +133,6 @@ def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) 
         point = gp_Pnt(*(share @ mesh.vertices[mesh.triangles[i]]).tolist())
         face = TopoDS.Face(keys.FindKey(int(mesh.triangle_surfaces[i]) + 1))
         assert GeomAPI_ProjectPointOnSurf(point, BRep_Tool.Surface_s(face)).LowerDistance() <= 1.1 * mesh.deviation_mm
-
-
-@pytest.mark.data
-@pytest.mark.parametrize(
-    "name",
-    [
-        "step/nist_ctc_01_asme1_ap242.stp",
-        "step/M6-1x12-countersunk-screw.step",
-        "step/screw.step",
-    ],
-)
-def test_triangles_of_a_file_meet(data_dir: Path, name: str) -> None:
-    shape = loaded(data_dir / name).shapes[0]
-    mesh = shape.mesh
-    assert is_closed(mesh)
-    assert facing(mesh).min() > 0  # none lies on its face
-    corner = mesh.vertices[mesh.triangles]
-    twice = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    volume = np.einsum("nd,nd->n", corner[:, 0], twice).sum() / 6
-    assert volume == pytest.approx(shape.volume, abs=mesh.chord_mm * float(np.sum(shape.surfaces["area"])))
-    area = np.bincount(mesh.triangle_surfaces, np.linalg.norm(twice, axis=1) / 2, len(shape.surfaces["area"]))
-    assert area == pytest.approx(shape.surfaces["area"], rel=0.02, abs=0.5)
-    assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(np.ones(len(mesh.normals)), abs=1e-5)
 
 
 def test_a_mesh_that_is_open_or_far_off_is_a_finding_and_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

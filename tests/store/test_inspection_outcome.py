@@ -152,10 +152,6 @@ def test_the_variant_of_the_world_is_no_other(duckdb_of_runs: Store, variants: V
     assert said.variants[0].startswith(sentence)
 
 
-def test_a_variant_weighed_alone_says_nothing(duckdb_of_runs: Store) -> None:
-    assert outcome(duckdb_of_runs, ["confirmed"], [A]).variants == []
-
-
 # Rules that a pose passes, and of what it fails only these: statistics, edges expected, and the cause.
 PASSED = {"likely": 0.99, "evidence": 900.0, "share": 0.9, "agreement": 0.9, "apart": 1.0, "prior_sigma": 1.0}
 PASSED |= {"sigma_mm": 0.1, "sigma_rad": 0.001, "rivals": 0.0, "outline_px": 900.0, "outline_contrast": 2.0}

@@ -152,11 +152,7 @@ def test_who_goes_on_writing_is_named(duckdb_file: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
     with Store.open(duckdb_file) as store:
         store.release()
-        with (
-            held(duckdb_file, read_only=False) as writer,
-            pytest.raises(StoreError) as refused,
-            store.read(),
-        ):
+        with held(duckdb_file, read_only=False) as writer, pytest.raises(StoreError) as refused, store.read():
             pytest.fail("it is not to be had")
         assert f"in use by process {writer.pid}" in str(refused.value)
         with Run.begin(store, "load", {}):

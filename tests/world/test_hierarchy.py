@@ -123,20 +123,6 @@ def test_cycles_are_refused_and_variants_may_nest(fresh_store: str, tmp_path: Pa
             assert connection.scalar(sa.text("SELECT count(*) FROM world")) == 1
 
 
-def test_instances_share_geometry(duckdb_file: Path, tmp_path: Path) -> None:
-    with Store.open(duckdb_file) as store:
-        model = SyntheticModel(3)
-        model.fill(store)
-        before = counts(store)
-        objects: list[dict[str, object]] = [{"object": "thing", "name": f"thing {i}"} for i in range(20)]
-        report = place_world(store, write_world(tmp_path / "w.yaml", "cell", objects))
-        assert report.parts == 20 * len(model.placed("a", np.eye(4)))
-        assert counts(store) == before
-        with store.read() as connection:
-            shapes = connection.scalar(sa.text("SELECT count(DISTINCT shape_id) FROM occurrence"))
-        assert shapes == len({p.shape for p in model.placed("a", np.eye(4))})
-
-
 CART_FROM_CRANE = transform((0, 0, np.pi / 2), (100, -50, 30))
 BAY_FROM_CART = transform((0.2, 0, 0), (0, 700, 0))
 WORLD_FROM_BAY = transform((0, 0.3, 0), (10, 20, 30))
