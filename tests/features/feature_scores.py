@@ -25,9 +25,13 @@ class Scores:
     missed: list[tuple[int | str, Known | Made]] = field(default_factory=list)
     false: list[tuple[int | str, Feature]] = field(default_factory=list)
 
+    @property
+    def total_recall(self) -> float:
+        return self.matched.total() / max(self.known.total(), 1)
 
-def measures(feature: Feature) -> dict[str, float]:
-    return {name: value for name, (value, _) in feature.dimensions.items()}
+    @property
+    def total_precision(self) -> float:
+        return self.matched.total() / max(self.found.total(), 1)
 
 
 def score(seed: int, part: Part, features: Iterable[Feature]) -> Scores:

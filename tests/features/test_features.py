@@ -1,4 +1,4 @@
-"""Features of parts that the CAD kernel composes from known operations, and of a real part."""
+"""Features of parts that the CAD kernel composes from known operations, and of the bulkheads' own lists."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
 from relmodel.features import Feature, feature_class_key, recognise, thin
 from relmodel.readers.step import shape as step_shape
-from tests.features.feature_scores import measures, score
+from tests.features.feature_scores import score
+from tests.features.golden_features import measures, score_bulkhead
 from tests.parts.brackets_and_drums import foundry
 from tests.parts.housings_and_shafts import toolroom
 from tests.parts.machining_features import vocabulary
@@ -232,6 +233,12 @@ def test_features_of_parts_of_known_operations(make: Callable[[int], Part], seed
         assert np.linalg.det(other[:3, :3]) > 0
         box = np.concatenate([ROLLED @ half + SHIFT for half in one.box.reshape(2, 3)])
         assert np.abs(box - two.box).max() < 1e-3
+
+
+def test_the_bulkhead_has_the_features_of_its_golden_list() -> None:
+    scores = score_bulkhead("A")
+    assert scores.total_recall >= 0.95, scores.missed
+    assert scores.total_precision >= 0.95, scores.false
 
 
 @pytest.mark.data

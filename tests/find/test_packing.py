@@ -30,6 +30,15 @@ def test_every_box_has_a_page_and_pages_are_full(n: int) -> None:
         assert np.array_equal(bounds[number, 3:], members[:, 3:].max(axis=0))
 
 
+def test_pages_are_compact() -> None:
+    """Pages of points in a cube are near cubes: their summed volume is near the cube's, their widths near equal."""
+    points = np.random.default_rng(1).uniform(0, 1, (64 * 512, 3))
+    bounds = page_bounds(np.hstack([points, points]), 64)
+    width = (bounds[:, 3:] - bounds[:, :3]).mean(axis=0)
+    assert np.allclose(width, 1 / 8, rtol=0.15)
+    assert np.prod(bounds[:, 3:] - bounds[:, :3], axis=1).sum() < 1.0
+
+
 @pytest.mark.parametrize("axes", [(0, 1, 2), (2, 0, 1), (1, 2, 0)])
 @pytest.mark.parametrize("far", [0, 20])
 def test_pages_of_a_flat_world_are_near_cubes(axes: tuple[int, ...], far: int) -> None:
