@@ -31,7 +31,7 @@ def test_a_closed_store_is_not_opened_in_silence(duckdb_file: Path) -> None:
     with pytest.raises(StoreError, match=r"is closed"):
         _ = store.revision
     for use in (Store.read, Store.write, Store.one_thread):
-        with pytest.raises(StoreError, match=r"^the store .* is closed: open it again$"), use(store):  # type: ignore[attr-defined]
+        with pytest.raises(StoreError, match=r"^the store .* is closed: open it again$"), use(store):
             pytest.fail("a closed store is used")
 
 

@@ -100,7 +100,7 @@ Rows = list[dict[str, Any]]
 @pytest.fixture(scope="module")
 def changed(bulkheads: Bulkheads) -> Rows:
     """What differs between the two variants, compared once for all tests."""
-    return differences(bulkheads.store, *PAIR, "bulkhead")
+    return differences(bulkheads.store, PAIR[0], PAIR[1], "bulkhead")
 
 
 def test_surfaces_are_identical_where_the_kernel_says_so(changed: Rows, tmp_path: Path) -> None:
