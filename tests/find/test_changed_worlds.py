@@ -44,7 +44,7 @@ def written(store: Store) -> tuple[dict[str, int], list[int]]:
         return of_path, [int(row.bodies) for row in connection.execute(sa.text(bodies))]
 
 
-def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
+def test_objects_come_go_and_move(duckdb_file: Path, tmp_path: Path) -> None:
     """A revision writes a row for each object that comes or moves; what stays or comes back is the same occurrence."""
     model = SyntheticModel(8, elements=8)
     others = {f"other {i}": at(0, 5000.0 * i) for i in range(1, 7)}
@@ -60,7 +60,7 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
     first: list[set[tuple[str, int]]] = []
     known: dict[str, int] = {}
     oracles: list[Oracle] = []
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         model.fill(store)
         for revision, places in enumerate(states, 1):
             places |= others
@@ -96,5 +96,5 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
         assert not [r for f in check(store) if f.query.startswith(queries) for r in f.rows]
     assert first[0] == first[-1] != first[1]
     bounds = ", ".join(f"CAST({value!r} AS DOUBLE PRECISION)" for value in everything.bounds.tolist())
-    rows_now = rows_of(fresh_store, [f"SELECT path FROM parts_in_box({bounds})"])[0]  # noqa: S608
+    rows_now = rows_of(str(duckdb_file), [f"SELECT path FROM parts_in_box({bounds})"])[0]  # noqa: S608
     assert {(path, -1) for (path,) in rows_now} == first[-1]

@@ -213,8 +213,8 @@ def test_every_volume_by_every_kind(store: Store, filled: Filled, level: str) ->
     assert len(WorldIndex.load(store).in_volumes([], level)[0]) == len(in_volumes(store, [], level=level)["path"]) == 0
 
 
-def test_empty_and_whole(fresh_store: str, tmp_path: Path) -> None:
-    with Store.open(fresh_store) as store:
+def test_empty_and_whole(duckdb_file: Path, tmp_path: Path) -> None:
+    with Store.open(duckdb_file) as store:
         assert len(in_volume(store, Box(0, 0, 0, 1, 1, 1))["path"]) == 0  # a store without a world
         assert len(WorldIndex.load(store).in_volume(Box(0, 0, 0, 1, 1, 1), "arc")[0]) == 0
         with pytest.raises(UsageError, match="holds none"):
@@ -232,6 +232,7 @@ def test_empty_and_whole(fresh_store: str, tmp_path: Path) -> None:
             assert connection.exec_driver_sql(named.format("other")).scalar() == 0
 
 
+@pytest.mark.parametrize("filled", ["duckdb"], indirect=True)  # what was read is alike
 def test_touching_counts(store: Store) -> None:
     """A face that just reaches a box's face is in it; one step of floating point further it is not."""
     index = WorldIndex.load(store)
@@ -258,6 +259,7 @@ def test_touching_counts(store: Store) -> None:
                     assert (key in keys) is expected
 
 
+@pytest.mark.parametrize("filled", ["duckdb"], indirect=True)  # what was read is alike
 def test_worlds_by_name(filled: Filled, copy_store: CopyStore, tmp_path: Path) -> None:
     with Store.open(copy_store(filled.target)) as store:
         place_world(store, write_world(tmp_path / "other.yaml", "other", [{"object": "thing"}]))

@@ -56,7 +56,7 @@ def met(boxes: Floats, box: Floats) -> list[int]:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("count", [0, 1, 2, 17, 600])
+@pytest.mark.parametrize("count", [0, 1, 17, 600])
 def test_equal_to_brute_force(kind: str, case: str, count: int) -> None:
     boxes = boxes_of(case, count)
     index = build(kind, boxes)

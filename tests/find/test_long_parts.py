@@ -115,7 +115,7 @@ def in_process(filled: Filled, level: str, volumes: Sequence[Volume], kind: int)
 @pytest.mark.parametrize("level", LEVELS)
 def test_boxes_that_only_just_reach_a_side(filled: Filled, level: str) -> None:
     oracle, rng = filled.oracle, np.random.default_rng(1)
-    some = rng.choice(len(oracle.key[level]), 60, replace=False)
+    some = rng.choice(len(oracle.key[level]), 40, replace=False)
     for sign in (-1.0, 1.0):
         boxes = beside_sides(oracle.low[level][some], oracle.high[level][some], rng, sign)
         expected = [oracle.in_box(box, level) for box in boxes]
@@ -129,11 +129,11 @@ def test_boxes_that_only_just_reach_a_side(filled: Filled, level: str) -> None:
 @pytest.mark.parametrize("level", LEVELS)
 def test_balls_and_turned_boxes_that_only_just_reach_a_corner(filled: Filled, level: str) -> None:
     oracle, rng = filled.oracle, np.random.default_rng(2)
-    some = rng.choice(thick(oracle.corners[level]), 60, replace=False)
+    some = rng.choice(thick(oracle.corners[level]), 40, replace=False)
     for sign in (-1.0, 1.0):
         volumes = list(beside_corners(oracle.corners[level][some], rng, sign))
         expected = [oracle.in_solid(volume, level) for volume in volumes]
         reached = [oracle.key[level][i] in answer for i, answer in zip(some.tolist(), expected, strict=True)]
-        assert sum(reached) > 50 if sign < 0 else not any(reached)
+        assert sum(reached) > 33 if sign < 0 else not any(reached)
         assert asked(filled.target, "volumes", level, volumes) == expected
         assert in_process(filled, level, volumes, 0) == expected

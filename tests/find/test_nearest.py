@@ -110,6 +110,10 @@ def test_nearest_parts(cubes: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(command[:-1]) == 2
 
 
+one_engine = pytest.mark.parametrize("cubes", ["duckdb"], indirect=True)  # of what is read in one way
+
+
+@one_engine
 def test_nearest_to_a_part(cubes: str, capsys: pytest.CaptureFixture[str]) -> None:
     with Store.open(cubes, read_only=True) as store:
         paths = sorted(in_volumes(store, [Box(-50, -50, -50, 150, 50, 50)])["path"].astype(str).tolist())
@@ -127,6 +131,7 @@ def test_nearest_to_a_part(cubes: str, capsys: pytest.CaptureFixture[str]) -> No
     assert main([*command, "--radius", "3"]) == 2
 
 
+@one_engine
 def test_clearance_of_a_tool(cubes: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A box tool of 4 x 6 x 8 mm that goes past the cubes, through one, round one, and stands."""
     tool = np.array([[x, y, z] for x in (-2, 2) for y in (-3, 3) for z in (-4, 4)], float)
@@ -166,6 +171,7 @@ def test_clearance_of_a_tool(cubes: str, tmp_path: Path, capsys: pytest.CaptureF
     assert main(command) == 3
 
 
+@one_engine
 def test_wholly_inside(cubes: str) -> None:
     pose = pose_of((FAR, 0, 0), [0, 0, np.pi / 4])
     cases: list[tuple[Volume, str, str]] = [  # by box, and by triangles

@@ -1,4 +1,4 @@
-"""Boxes of turned parts in turned objects are those of what was placed, on both engines, in SQL and in process."""
+"""Boxes of turned parts in turned objects are those of what was placed, in SQL, in process and as Parquet."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def around_cylinder(centre: Floats, axis: Floats) -> Floats:
     return np.concatenate([centre - reach, centre + reach])
 
 
-def test_boxes_are_of_placed_geometry(fresh_store: str, tmp_path: Path) -> None:
+def test_boxes_are_of_placed_geometry(duckdb_file: Path, tmp_path: Path) -> None:
     (tmp_path / "wedge.stl").write_text(stl(TETRAHEDRON))
     (tmp_path / "stand.urdf").write_text(URDF)
     pose = pose_of((500, -200, 80), TURNED)
@@ -61,7 +61,7 @@ def test_boxes_are_of_placed_geometry(fresh_store: str, tmp_path: Path) -> None:
     truth = {"base": np.concatenate([wedge.min(axis=0), wedge.max(axis=0)])}
     truth["rod"] = around_cylinder(middle, TURNED @ (yaw @ pitch @ roll)[:, 2])
     everything = Box(-5e3, -5e3, -5e3, 5e3, 5e3, 5e3)
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         load(store, tmp_path / "stand.urdf", name="stand")
         place: dict[str, object] = {"object": "stand", "name": "stand", "world_from_object": pose.tolist()}
         place_world(store, write_world(tmp_path / "world.yaml", "cell", [place]))
@@ -84,7 +84,7 @@ def test_boxes_are_of_placed_geometry(fresh_store: str, tmp_path: Path) -> None:
                     beyond[i], beyond[3 + i] = box[3 + i] + by, box[3 + i] + by + 1
                     asked.append(Box(*beyond))
         index = WorldIndex.load(store)
-        for level in ("part", "feature", "surface", "arc"):
+        for level in ("part", "arc"):
             rows = in_volumes(store, asked, level=level)
             for column, own in zip(KEY, index.in_volumes(asked, level), strict=True):
                 assert np.array_equal(rows[column], own)
@@ -92,9 +92,9 @@ def test_boxes_are_of_placed_geometry(fresh_store: str, tmp_path: Path) -> None:
         expected_rows = expected(store, [*asked])
         assert not [f for f in check(store) if f.rows]
         wanted = {(path, *box) for path, box in zip(found["path"], boxes.tolist(), strict=True)}
-    assert main(["export", "--parquet", str(tmp_path / "parts"), "--store", fresh_store]) == 0
+    assert main(["export", "--parquet", str(tmp_path / "parts"), "--store", str(duckdb_file)]) == 0
     assert duckdb_rows(tmp_path) == expected_rows
     question = "SELECT path, x0, y0, z0, x1, y1, z1 FROM parts_in_box(-5e3, -5e3, -5e3, 5e3, 5e3, 5e3)"
-    for row in rows_of(fresh_store, [question])[0]:
+    for row in rows_of(str(duckdb_file), [question])[0]:
         (same,) = [w for w in wanted if w[0] == row[0]]
         assert np.allclose(row[1:], same[1:], atol=1e-9, rtol=0)

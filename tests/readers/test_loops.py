@@ -43,7 +43,7 @@ def drawn(face: Any, wire: Any) -> Floats:
     return np.array(points)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 4])
+@pytest.mark.parametrize("seed", [2, 4])
 def test_the_outer_loop_is_the_one_around_the_others(seed: int) -> None:
     part = workshop(seed).body
     shape = step_shape.extract(part)

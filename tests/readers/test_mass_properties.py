@@ -1,4 +1,4 @@
-"""Areas and volumes against closed forms, on analytic surfaces, on the same as b-splines, and of those far off."""
+"""Areas and volumes against closed forms, on analytic surfaces, and on the same as b-splines far off."""
 
 from __future__ import annotations
 
@@ -53,16 +53,12 @@ SOLIDS: dict[str, tuple[Any, float, dict[str, float]]] = {
 }
 
 
-def as_splines(shape: Any) -> Any:
-    return BRepBuilderAPI_NurbsConvert(shape).Shape()
-
-
 def far_off(shape: Any) -> Any:
     """The shape as b-splines, turned and shifted."""
-    return as_splines(carried(shape, pose_of((2000, -1500, 700), (0.2, 0.4, 0.6))))
+    return BRepBuilderAPI_NurbsConvert(carried(shape, pose_of((2000, -1500, 700), (0.2, 0.4, 0.6)))).Shape()
 
 
-@pytest.mark.parametrize("way", [lambda shape: shape, as_splines, far_off], ids=["built", "splines", "far off"])
+@pytest.mark.parametrize("way", [lambda shape: shape, far_off], ids=["built", "far off"])
 @pytest.mark.parametrize("name", SOLIDS)
 def test_areas_and_volumes(name: str, way: Any) -> None:
     body, volume, areas = SOLIDS[name]

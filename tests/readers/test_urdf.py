@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 from relmodel.errors import InputError
 from relmodel.readers.urdf import read_urdf
 from relmodel.store import Store
-from relmodel.store.check import check
 from tests.reading import load
 
 TWO = """<link name="a"/><link name="b"/>
@@ -113,23 +112,6 @@ def test_meshes_of_packages_are_found_from_any_folder(folder: str, package: str,
     assert model.shapes[0].volume == pytest.approx({"arm": 6e6, "tools": 1e6}[package], rel=1e-6)
 
 
-def test_a_robot_of_meshes_leaves_nothing_unused(duckdb_file: Path, tmp_path: Path) -> None:
-    """A file of one mesh is that part in its link; one of several is an assembly there."""
-    block = trimesh.creation.box((0.1, 0.2, 0.3))
-    block.export(tmp_path / "one.stl")
-    several = trimesh.Scene([block, trimesh.creation.box((0.3, 0.3, 0.1))])
-    several.export(tmp_path / "two.glb")
-    links = [visual(f'<mesh filename="{name}"/>').replace('"a"', f'"{name[:3]}"') for name in ("one.stl", "two.glb")]
-    joint = (
-        TWO.partition("/>")[2].partition("/>")[2].replace('link="a"', 'link="one"').replace('link="b"', 'link="two"')
-    )
-    path = written(tmp_path, "".join(links) + joint)
-    with Store.open(duckdb_file) as store:
-        report = load(store, path, name="bot")
-        assert (report.parts, report.occurrences) == (3, 3)
-        assert not [finding for finding in check(store) if finding.rows]
-
-
 @pytest.mark.parametrize(
     ("body", "said"),
     [
@@ -203,7 +185,7 @@ def test_odd_geometry_is_left_out_and_that_for_collisions_stands_in(geometry: st
         assert [i.name for i in model.assemblies[model.root].instances] == ["a"]
 
 
-def test_slashes_in_names_become_underscores(duckdb_file: Path, tmp_path: Path) -> None:
+def test_slashes_in_names_become_underscores(tmp_path: Path) -> None:
     """In links, joints and all that refers to them; the leader of the mimic moves along, the follower turns."""
     body = f"""{visual('<box size="1 1 1"/>').replace('"a"', '"/a"')}<link name="arm/b"/><link name="/c"/>
 <joint name="/j" type="prismatic"><parent link="/a"/><child link="arm/b"/><limit lower="0" upper="2"/></joint>
@@ -218,9 +200,6 @@ def test_slashes_in_names_become_underscores(duckdb_file: Path, tmp_path: Path) 
     assert mimic is not None
     assert (mimic.joint, mimic.factor) == ("_j", 0.5 / 1000)  # rad a mm
     assert [(f.kind, f.value) for f in model.findings] == [("renamed", 4.0)]
-    with Store.open(duckdb_file) as store:
-        assert load(store, path, name="bot").findings == (("renamed", 1),)
-        assert not [finding for finding in check(store) if finding.rows]
 
 
 @pytest.mark.parametrize("prefix", ["", "u:"])
@@ -287,26 +266,3 @@ def test_a_load_notes_the_meshes_it_read(tmp_path: Path, duckdb_file: Path) -> N
     ]  # fmt: skip
     assert rows[0]["sha256"] == hashlib.sha256((tmp_path / "block.stl").read_bytes()).hexdigest()
     assert refused == 1
-
-
-def test_rows(fresh_store: str, tmp_path: Path) -> None:
-    body = f"""{TWO.replace('<link name="a"/>', visual('<cylinder radius="0.1" length="0.2"/>'))}
-<link name="c"/><joint name="k" type="prismatic"><parent link="b"/><child link="c"/>
-<limit lower="-0.1" upper="0.2"/><mimic joint="j" multiplier="0.05" offset="0.01"/></joint>"""
-    path = written(tmp_path, body)
-    with Store.open(fresh_store) as store:
-        first = load(store, path, name="bot")
-        assert (first.status, first.parts, first.shapes_added) == ("added", 1, 1)
-        assert load(store, path, name="bot").status == "unchanged"
-        path.write_text(path.read_text().replace('upper="0.2"', 'upper="0.3"'))
-        assert (load(store, path, name="bot").revision, load(store, path, name="bot").status) == (2, "unchanged")
-        joint, kind = store.table("joint"), store.table("object").c.kind
-        with store.read() as connection:
-            rows = connection.execute(sa.select(joint).order_by("object_id", "joint_no")).mappings().all()
-            kinds = connection.execute(sa.select(kind).order_by("id")).scalars().all()
-    assert kinds.count("robot") == 2
-    assert [(r["name"], r["lower_limit"], r["upper_limit"]) for r in rows] == [
-        ("j", None, None), ("k", -100.0, 200.0), ("j", None, None), ("k", -100.0, 300.0),
-    ]  # fmt: skip
-    # 0.05 m for a radian is 50 mm; the offset is 10 mm.
-    assert (rows[1]["mimic_joint"], rows[1]["mimic_factor"], rows[1]["mimic_offset"]) == ("j", 50.0, 10.0)

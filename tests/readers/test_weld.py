@@ -12,7 +12,6 @@ import trimesh
 from relmodel.arrays import Floats, Ints
 from relmodel.model.model import Shape
 from relmodel.readers.mesh.shape import shape_from_triangles
-from relmodel.readers.mesh.triangles import split_solids
 
 
 def shape_of(vertices: Floats, triangles: Ints, *, fit: bool = True) -> Shape:
@@ -60,13 +59,6 @@ def test_slivers_keep_a_body_closed(most: int, turned: bool, fit: bool) -> None:
         assert np.linalg.norm(np.cross(b - a, c - a), axis=1).min() > 1e-3
 
 
-def test_slivers_close_solids_that_lie_apart() -> None:
-    one, two = (with_slivers(trimesh.creation.box(bounds=[(x, 0, 0), (x + 10, 10, 10)]), 2, 0) for x in (0, 30))
-    vertices, triangles = np.concatenate([one[0], two[0]]), np.concatenate([one[1], two[1] + len(one[0])])
-    solids = split_solids(vertices, triangles)
-    assert [shape_of(vertices, some).volume for some in solids] == pytest.approx([1000, 1000])
-
-
 def test_a_hole_is_not_closed_by_slivers_elsewhere() -> None:
     vertices, triangles = with_slivers(trimesh.creation.box((10, 20, 30)), 2, 1)
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
@@ -74,16 +66,6 @@ def test_a_hole_is_not_closed_by_slivers_elsewhere() -> None:
     shape = shape_of(vertices, np.delete(triangles, np.argmax(area), axis=0))
     assert shape.volume is None
     assert [f.kind for f in shape.findings] == ["open_mesh"]
-
-
-def test_what_is_fine_in_a_large_mesh_stays_closed() -> None:
-    """A ball of 0.1 mm beside a beam of 10 m."""
-    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
-    ball.apply_translation([0, 0, 500])
-    mesh = trimesh.util.concatenate([trimesh.creation.box((10_000, 100, 100)), ball])
-    shape = shape_of(mesh.vertices, mesh.faces, fit=False)
-    assert not shape.findings
-    assert len(shape.mesh.triangles) == 12 + len(ball.faces)
 
 
 def cube(x: float, y: float, z: float, mirror: bool = False) -> trimesh.Trimesh:
@@ -119,16 +101,6 @@ def test_the_wall_between_bodies_that_touch_is_no_surface() -> None:
     shape = shape_of(mesh.vertices, mesh.faces)
     assert sorted(shape.surfaces["area"]) == pytest.approx([100, 100, 200, 200, 200, 200])
     assert Counter(shape.arcs["convexity"]) == {"convex": 12}
-
-
-def test_touching_bodies_are_mended_each_by_itself() -> None:
-    """Of one of two cubes along an edge most triangles face inwards."""
-    mesh = trimesh.util.concatenate(TOUCHING["along an edge"])
-    faces = np.array(mesh.faces)
-    faces[12:21] = faces[12:21, ::-1]
-    shape = shape_of(mesh.vertices, faces)
-    assert shape.volume == pytest.approx(2000)
-    assert [(f.kind, f.value) for f in shape.findings] == [("mended_winding", 9.0)]
 
 
 def test_a_sheet_given_from_both_sides_stays_an_open_sheet() -> None:

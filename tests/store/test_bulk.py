@@ -48,38 +48,6 @@ def test_numbers_beyond_their_columns_are_refused(duckdb_store: Store) -> None:
         duckdb_store.append(connection, "image_arc_point", {**POINTS, "x": x, "y": x})
 
 
-def threads(store: Store) -> int:
-    with store.read() as connection:
-        return int(connection.execute(sa.text("SELECT current_setting('threads')")).scalar_one())
-
-
-def test_duckdb_has_its_threads_again_after_a_failure(duckdb_store: Store) -> None:
-    def fail() -> None:
-        with duckdb_store.write() as connection, duckdb_store.one_thread():
-            assert threads(duckdb_store) == 1
-            connection.execute(sa.text("SELECT no_such_column FROM image"))
-
-    usual = threads(duckdb_store)
-    with pytest.raises(sa.exc.DBAPIError):
-        fail()
-    assert threads(duckdb_store) == usual
-
-
-def test_duckdb_runs_in_one_thread_also_where_it_is_opened_within_the_block(duckdb_store: Store) -> None:
-    usual = threads(duckdb_store)
-    duckdb_store.release()
-    with duckdb_store.one_thread():
-        assert threads(duckdb_store) == 1
-        with duckdb_store.one_thread():
-            duckdb_store.release()
-            assert threads(duckdb_store) == 1
-        assert threads(duckdb_store) == 1
-    assert threads(duckdb_store) == usual
-    with duckdb_store.one_thread():
-        duckdb_store.release()
-    assert threads(duckdb_store) == usual
-
-
 def test_a_set_of_keys_is_joined_as_a_relation(fresh_store: str) -> None:
     keys: dict[str, Any] = {
         "relation": ["arc", "loop", "no such"],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -256,8 +257,8 @@ def test_fault_is_found(name: str, found_in: Any) -> None:
     assert found_in(model, name)
 
 
-def test_run_without_a_beginning_is_found(fresh_store: str) -> None:
-    with Store.open(fresh_store) as store:
+def test_run_without_a_beginning_is_found(duckdb_file: Path) -> None:
+    with Store.open(duckdb_file) as store:
         with Run.begin(store, "load", {}):
             pass
         with store.write() as connection:

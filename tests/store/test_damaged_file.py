@@ -24,9 +24,9 @@ def filled(duckdb_template: Path, tmp_path_factory: pytest.TempPathFactory) -> b
     file = tmp_path_factory.mktemp("filled") / "cell.duckdb"
     file.write_bytes(duckdb_template.read_bytes())
     made = np.random.default_rng(1)
-    lists = Ragged(made.random(20_000), np.arange(0, 20_001, 5000))
+    lists = Ragged(made.random(10_000), np.arange(0, 10_001, 2500))
     corners = Ragged(made.integers(99, size=4), np.arange(5))
-    texts = [made.bytes(20).hex() for _ in range(3000)]
+    texts = [made.bytes(20).hex() for _ in range(1500)]
     columns: dict[str, dict[str, ColumnValues]] = {
         "image_blob": {"image_id": np.arange(4), "bytes": [made.bytes(40_000) for _ in range(4)]},
         "shape_mesh": {
@@ -39,12 +39,12 @@ def filled(duckdb_template: Path, tmp_path_factory: pytest.TempPathFactory) -> b
             "triangle_surfaces": corners,
         },
         "source": {
-            "id": np.arange(3000),
+            "id": np.arange(1500),
             "file_name": texts,
             "sha256": texts,
             "format": "step",
             "unit": "mm",
-            "unit_mm": made.random(3000) + 1,
+            "unit_mm": made.random(1500) + 1,
             "loader_version": texts,
         },
     }
@@ -75,7 +75,7 @@ def test_whatever_cannot_be_read_is_found(
     names = sql.query_names("check")
     file, broken, closed = tmp_path / "cell.duckdb", set[str](), 0
     blocks = range(HEADERS, len(filled), BLOCK)
-    for seed, place in enumerate([*random.Random(0).sample(blocks, 5), blocks[0]]):
+    for seed, place in enumerate([*random.Random(0).sample(blocks, 4), blocks[0]]):
         content = bytearray(filled)
         content[place : place + BLOCK] = random.Random(seed).randbytes(BLOCK)
         file.write_bytes(content)

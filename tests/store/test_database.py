@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
@@ -25,20 +24,15 @@ def test_tables_have_the_columns_that_the_schema_gives_them(fresh_store: str) ->
             assert [c.name for c in store.table(name).columns] == [c.name for c in reflected.tables[name].columns]
 
 
-USES: list[Callable[[Store], Any]] = [Store.read, Store.write, Store.one_thread]
-
-
-@pytest.mark.parametrize("use", USES)
-def test_a_closed_store_is_not_opened_in_silence(use: Callable[[Store], Any], fresh_store: str) -> None:
-    store = Store.open(fresh_store)
-    with use(store):
-        pass
+def test_a_closed_store_is_not_opened_in_silence(duckdb_file: Path) -> None:
+    store = Store.open(duckdb_file)
     store.close()
     store.close()  # twice is no mistake
     with pytest.raises(StoreError, match=r"is closed"):
         _ = store.revision
-    with pytest.raises(StoreError, match=r"^the store .* is closed: open it again$"), use(store):
-        pytest.fail("a closed store is used")
+    for use in (Store.read, Store.write, Store.one_thread):
+        with pytest.raises(StoreError, match=r"^the store .* is closed: open it again$"), use(store):
+            pytest.fail("a closed store is used")
 
 
 def test_a_store_open_for_reading_is_not_written(fresh_store: str) -> None:

@@ -55,8 +55,8 @@ def test_migrated_store_equals_a_fresh_one(migrated: Store, tmp_path: Path, requ
         assert migrated.revision == fresh.revision == sql.revisions()[-1]
 
 
-def test_catalogue_relation_covers_every_table_and_view_but_alembics_own(fresh_store: str) -> None:
-    with Store.open(fresh_store) as store, store.read() as connection:
+def test_catalogue_relation_covers_every_table_and_view_but_alembics_own(duckdb_file: Path) -> None:
+    with Store.open(duckdb_file) as store, store.read() as connection:
         inspector = sa.inspect(store.engine)
         tables, views = set(inspector.get_table_names()), set(inspector.get_view_names())
         relations = store.rows(connection, "store/relations")
@@ -81,11 +81,11 @@ def stamp(target: str, revision: str) -> None:
         connection.execute(sa.text("UPDATE alembic_version SET version_num = :revision"), {"revision": revision})
 
 
-def test_newer_store_is_refused(fresh_store: str) -> None:
-    stamp(fresh_store, "9999")
+def test_newer_store_is_refused(duckdb_file: Path) -> None:
+    stamp(str(duckdb_file), "9999")
     for opening in (Store.open, Store.create, Store.migrate):
         with pytest.raises(StoreError, match="upgrade relmodel"):
-            opening(fresh_store)
+            opening(duckdb_file)
 
 
 def test_older_store_is_refused_until_it_is_migrated(
@@ -109,13 +109,13 @@ def test_older_store_is_refused_until_it_is_migrated(
     Store.open(fresh_store).close()
 
 
-def test_store_of_another_schema_is_refused(fresh_store: str) -> None:
+def test_store_of_another_schema_is_refused(duckdb_file: Path) -> None:
     """As one made before a change of schema/ and before the first release."""
-    with Store.open(fresh_store) as store, store.write() as connection:
+    with Store.open(duckdb_file) as store, store.write() as connection:
         connection.execute(sa.text("UPDATE store SET schema_sha256 = 'f00d'"))
     for opening in (Store.open, Store.create, Store.migrate):
         with pytest.raises(StoreError, match=r"another schema \(f00d, .*relmodel init"):
-            opening(fresh_store)
+            opening(duckdb_file)
 
 
 def test_database_of_someone_else_is_refused(store_target: str) -> None:

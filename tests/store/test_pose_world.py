@@ -44,24 +44,6 @@ def sigmas(row: dict[str, Any]) -> list[float]:
     return [row[f"sigma_{axis}"] for axis in ("x", "y", "z", "rx", "ry", "rz")]
 
 
-@pytest.mark.parametrize(
-    ("turn", "seen"),
-    [  # of sigmas 1, 2, 3 mm and 4, 5, 6 mrad along and about the rig's axes
-        ([0, 0, 0], [1, 2, 3, 0.004, 0.005, 0.006]),
-        ([0, 0, 90], [2, 1, 3, 0.005, 0.004, 0.006]),
-        ([180, 0, 0], [1, 2, 3, 0.004, 0.005, 0.006]),
-        ([0, -90, 0], [3, 2, 1, 0.006, 0.005, 0.004]),
-        ([0, 0, 45], [np.sqrt(2.5), np.sqrt(2.5), 3, np.sqrt(20.5e-6), np.sqrt(20.5e-6), 0.006]),
-    ],
-)
-def test_sigmas_turn_with_the_rig(turn: list[float], seen: list[float], store_of_runs: Store) -> None:
-    world_from_rig = pose_of([10, 20, 30], np.radians(turn))
-    covariance = np.diag(np.array([1, 2, 3, 0.004, 0.005, 0.006]) ** 2)
-    row = stored(store_of_runs, world_from_rig, covariance)
-    assert sigmas(row) == pytest.approx(seen)
-    assert [row[axis] for axis in "xyz"] == [10, 20, 30]
-
-
 def test_the_spread_is_that_of_poses_drawn(store_of_runs: Store) -> None:
     """Poses drawn about one with the covariance of it in the rig's frame, seen in the world."""
     rng = np.random.default_rng(13)

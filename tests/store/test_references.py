@@ -41,25 +41,3 @@ def test_only_postgresql_refuses_a_row_whose_reference_leads_nowhere(fresh_store
         )
         with refused, store.write() as connection:
             store.append(connection, "run_input", row)
-
-
-def test_parents_come_first(fresh_store: str) -> None:
-    with Store.open(fresh_store) as store:
-        names = sorted(sa.inspect(store.engine).get_table_names(), reverse=True)
-        order = store.parents_first(names)
-        assert sorted(order) == sorted(names)
-        points = {(row.relation, row.parent) for row in references(store)}
-        assert len(points) > 90
-        assert all(order.index(parent) <= order.index(name) for name, parent in points)
-
-
-def test_every_identity_refers_to_something(fresh_store: str) -> None:
-    """But of tables without keys and what refers to an occurrence, a view: queries of check/ look after these."""
-    with Store.open(fresh_store) as store:
-        refers = {(row.relation, name) for row in references(store) for name in row.column_names}
-        inspector = sa.inspect(store.engine)
-        keys = {name: key["constrained_columns"] for (_, name), key in inspector.get_multi_pk_constraint().items()}
-        names = {(table, column.name) for table in keys for column in store.table(table).columns}
-    identities = {(table, name) for table, name in names if name.endswith("_id") and keys[table]}
-    assert len(identities) > 80
-    assert {name for _, name in identities - refers} == {"occurrence_id"}

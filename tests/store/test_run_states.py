@@ -71,8 +71,8 @@ def test_an_interrupt_ends_what_the_database_does(fresh_store: str) -> None:
             assert [(e.state, e.message) for e in events(store, run.id)[1:]] == [("failed", "interrupted")]
 
 
-def test_steps_are_stamped_when_they_end_and_add_up(fresh_store: str) -> None:
-    with Store.open(fresh_store) as store:
+def test_steps_are_stamped_when_they_end_and_add_up(duckdb_file: Path) -> None:
+    with Store.open(duckdb_file) as store:
         with Run.begin(store, "extract", {}) as run:
             first = spend()
             run.step("read")
@@ -94,8 +94,8 @@ def test_steps_are_stamped_when_they_end_and_add_up(fresh_store: str) -> None:
         assert amiss(store) == {"check/run_events": [{"run_id": run.id}]}
 
 
-def test_a_run_that_fails_says_at_which_step(fresh_store: str) -> None:
-    with Store.open(fresh_store) as store:
+def test_a_run_that_fails_says_at_which_step(duckdb_file: Path) -> None:
+    with Store.open(duckdb_file) as store:
 
         def work(connection: sa.Connection) -> None:
             append_feature(run, connection, 1)
@@ -133,8 +133,8 @@ def test_a_reader_sees_that_a_run_was_killed(fresh_store: str) -> None:
         assert [e.kind for e in events(store, run)] == ["begun"], "who only reads writes nothing"
 
 
-def test_a_run_records_code_and_schema(fresh_store: str) -> None:
-    with Store.open(fresh_store) as store:
+def test_a_run_records_code_and_schema(duckdb_file: Path) -> None:
+    with Store.open(duckdb_file) as store:
         with Run.begin(store, "load", {}, packages=("numpy",)) as run:
             pass
         with store.read() as connection:

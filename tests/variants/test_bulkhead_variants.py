@@ -9,9 +9,8 @@ from __future__ import annotations
 import gzip
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +33,7 @@ from examples.bulkhead.features import CLIP_THICKNESS, all_features, changes
 from tests.variants.composed import differences
 from tests.variants.conftest import EXAMPLES, Bulkheads, step_file
 
-PAIRS = ["AB", "BE"]
+PAIR = "AB"
 Floats = npt.NDArray[np.float64]
 
 
@@ -65,7 +64,6 @@ class Faces:
     region: Floats  # (n, 8) root of the area, centre of mass, length and centre of mass of the boundary
 
 
-@cache
 def kernel_faces(variant: str, folder: Path) -> Faces:
     def inside(shape: Any, kind: Any) -> list[Any]:
         found = ShapeMap()
@@ -96,24 +94,18 @@ def same_faces(a: Faces, b: Faces) -> set[tuple[int, int]]:
     return {(i, j) for i, j in pairs if a.kinds[i] == b.kinds[j]}
 
 
-@pytest.fixture(scope="session")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("kernel")
-
-
-Differences = Callable[[str], list[dict[str, Any]]]
+Rows = list[dict[str, Any]]
 
 
 @pytest.fixture(scope="module")
-def changes_of(bulkheads: Bulkheads) -> Differences:
-    """What differs between a pair of variants, compared once for all tests."""
-    return cache(lambda pair: differences(bulkheads.store, pair[0], pair[1], "bulkhead"))
+def changed(bulkheads: Bulkheads) -> Rows:
+    """What differs between the two variants, compared once for all tests."""
+    return differences(bulkheads.store, PAIR[0], PAIR[1], "bulkhead")
 
 
-@pytest.mark.parametrize("pair", PAIRS[1:])
-def test_surfaces_are_identical_where_the_kernel_says_so(changes_of: Differences, folder: Path, pair: str) -> None:
-    a, b = (kernel_faces(v, folder) for v in pair)
-    rows = [r for r in changes_of(pair) if r["level"] == "surface"]
+def test_surfaces_are_identical_where_the_kernel_says_so(changed: Rows, tmp_path: Path) -> None:
+    a, b = (kernel_faces(v, tmp_path) for v in PAIR)
+    rows = [r for r in changed if r["level"] == "surface"]
     # The kernel hands out the faces of a body in one order: surface_no is the face's number.
     identical = {(r["element_a"], r["element_b"]) for r in rows if r["status"] == "identical"}
     assert identical == same_faces(a, b)
@@ -145,10 +137,9 @@ def placed(variant: str) -> dict[str, tuple[str, Floats, float]]:
     return out
 
 
-@pytest.mark.parametrize("pair", PAIRS)
-def test_parts_are_where_the_design_puts_them(changes_of: Differences, pair: str) -> None:
-    a, b = (placed(v) for v in pair)
-    rows = {r["object_path_a"] or r["object_path_b"]: r for r in changes_of(pair) if r["level"] == "part"}
+def test_parts_are_where_the_design_puts_them(changed: Rows) -> None:
+    a, b = (placed(v) for v in PAIR)
+    rows = {r["object_path_a"] or r["object_path_b"]: r for r in changed if r["level"] == "part"}
     assert rows.keys() == a.keys() | b.keys()
     for path, row in rows.items():
         assert row["differs"] is None
@@ -202,10 +193,10 @@ def middles(bulkheads: Bulkheads) -> dict[tuple[str, int], Floats]:
         return {(r.variant, r.feature_no): np.array([r.x, r.y, r.z]) for r in connection.execute(ENDS)}
 
 
-def ends(row: dict[str, Any], pair: str, middles: dict[tuple[str, int], Floats]) -> tuple[Floats | None, Floats | None]:
+def ends(row: dict[str, Any], middles: dict[tuple[str, int], Floats]) -> tuple[Floats | None, Floats | None]:
     """Where a feature was and is."""
     numbers = row["element_a"], row["element_b"]
-    before, after = (None if n is None else middles[v, n] for v, n in zip(pair, numbers, strict=True))
+    before, after = (None if n is None else middles[v, n] for v, n in zip(PAIR, numbers, strict=True))
     return before, after
 
 
@@ -217,15 +208,12 @@ def at(known: Iterable[Hole], point: Floats | None) -> Hole | None:
     return found
 
 
-@pytest.mark.parametrize("pair", PAIRS)
-def test_holes_differ_as_the_design_says(
-    changes_of: Differences, middles: dict[tuple[str, int], Floats], pair: str
-) -> None:
-    known = [holes(v) for v in pair]
-    rows = [r for r in changes_of(pair) if r["level"] == "feature" and r["kind"] in ("through_hole", "blind_hole")]
+def test_holes_differ_as_the_design_says(changed: Rows, middles: dict[tuple[str, int], Floats]) -> None:
+    known = [holes(v) for v in PAIR]
+    rows = [r for r in changed if r["level"] == "feature" and r["kind"] in ("through_hole", "blind_hole")]
     seen: list[tuple[Hole | None, Hole | None]] = []
     for row in rows:
-        old, new = (at(k, p) for k, p in zip(known, ends(row, pair, middles), strict=True))
+        old, new = (at(k, p) for k, p in zip(known, ends(row, middles), strict=True))
         seen.append((old, new))
         if old is None or new is None:
             assert row["status"] == ("removed" if new is None else "added")
@@ -247,14 +235,10 @@ def test_holes_differ_as_the_design_says(
             assert old[2:] != new[2:] or np.hypot(old[0] - new[0], old[1] - new[1]) > 100
 
 
-@pytest.mark.parametrize("pair", PAIRS)
-def test_pockets_differ_as_the_design_says(
-    changes_of: Differences, middles: dict[tuple[str, int], Floats], pair: str
-) -> None:
-    tables = [{f["name"]: f for f in golden(f"bulkhead_{v}")["features"] if f["kind"] == "pocket"} for v in pair]
-    rows = [r for r in changes_of(pair) if r["level"] == "feature"]
-    rows = [r for r in rows if r["kind"] == "pocket"]
-    placed_rows = [(r, ends(r, pair, middles)) for r in rows]
+def test_pockets_differ_as_the_design_says(changed: Rows, middles: dict[tuple[str, int], Floats]) -> None:
+    tables = [{f["name"]: f for f in golden(f"bulkhead_{v}")["features"] if f["kind"] == "pocket"} for v in PAIR]
+    rows = [r for r in changed if r["level"] == "feature" and r["kind"] == "pocket"]
+    placed_rows = [(r, ends(r, middles)) for r in rows]
     assert len(rows) == len(tables[0].keys() | tables[1].keys())
     for name in tables[0].keys() | tables[1].keys():
         known = [t.get(name) for t in tables]

@@ -47,7 +47,7 @@ def jittered(text: str, rng: np.random.Generator) -> str:
 
 
 def test_an_export_with_other_numbers_and_order_differs_in_nothing(store: Store, tmp_path: Path) -> None:
-    bodies = workshop(2).body, box((200, 0, 0), (260, 40, 8)), workshop(3).body, cylinder((0, 300, 0), 9, 40)
+    bodies = workshop(2).body, box((200, 0, 0), (260, 40, 8)), cylinder((0, 300, 0), 9, 40)
     text, rng = write_solids(tmp_path / "plain.step", *bodies).read_text(), np.random.default_rng(5)
     paths = [tmp_path / name / "bodies.step" for name in "AB"]
     for path, content in zip(paths, (text, shuffled(jittered(text, rng), rng)), strict=True):
@@ -104,6 +104,6 @@ def test_noise_is_told_from_changes_on_both_engines(fresh_store: str, tmp_path: 
         assert (plain.shapes_added, plain.surfaces_added) == (1, 8)
         wider = keep(store, "B", export("wider.step", 5.001, 2))
         assert (wider.shapes_added, wider.surfaces_added, wider.arcs_added) == (1, 3, 3)
-        for seed, (radius, like) in enumerate([(5, plain), (5.001, wider)] * 2, start=3):
+        for seed, (radius, like) in enumerate([(5, plain), (5.001, wider)], start=3):
             again = keep(store, f"{seed}", export(f"{seed}.step", radius, seed))
             assert (again.object_id, again.surfaces_added, again.arcs_added) == (like.object_id, 0, 0)

@@ -78,8 +78,8 @@ PLACED = "SELECT o.path AS name, o.* FROM occurrence AS o JOIN current_world AS 
 MOUNTED = "SELECT m.* FROM placed_mount AS m JOIN current_world AS w ON w.world_id = m.world_id"
 
 
-def test_mounted_objects_go_where_their_links_go(fresh_store: str, tmp_path: Path) -> None:
-    with Store.open(fresh_store) as store:
+def test_mounted_objects_go_where_their_links_go(duckdb_file: Path, tmp_path: Path) -> None:
+    with Store.open(duckdb_file) as store:
         file = cell(tmp_path)
         for name in ("crane", "tool"):
             load(store, tmp_path / f"{name}.urdf", name=name)

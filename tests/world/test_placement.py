@@ -65,10 +65,10 @@ def test_expansion_equals_walk(fresh_store: str, tmp_path: Path) -> None:
     assert {r["path"] for r in everything.values() if r["parent_id"] is None} == {"a", "b"}
 
 
-def test_same_content_adds_nothing_and_a_change_is_a_revision(fresh_store: str, tmp_path: Path) -> None:
+def test_same_content_adds_nothing_and_a_change_is_a_revision(duckdb_file: Path, tmp_path: Path) -> None:
     model = SyntheticModel(2)
     file = write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}])
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         model.fill(store)
         assert place_world(store, file).status == "added"
         before = count(store, "occurrence")
