@@ -382,26 +382,17 @@ def copy_rows(store: str, target: str) -> None:
 
 
 @pytest.fixture(scope="session")
-def on_postgresql(new_store: NewStore) -> Callable[[str], str]:
-    """A PostgreSQL store with the rows of a DuckDB store."""
-
-    def copy(store: str) -> str:
-        target = new_store("postgresql")
-        copy_rows(store, target)
-        run_as_owner(target, ["ANALYZE"])  # as the server does in time: questions take a tenth of theirs
-        return target
-
-    return copy
-
-
-@pytest.fixture(scope="session")
 def postgresql_inspection(
-    inspection: Inspection, on_postgresql: Callable[[str], str], copy_store: CopyStore, make_once: MakeOnce
+    inspection: Inspection, both_variants: str, new_store: NewStore, copy_store: CopyStore, make_once: MakeOnce
 ) -> Inspection:
-    """The rows of the first on PostgreSQL: a copy for each worker, as nobody may have open what is copied."""
+    """The rows of the first on PostgreSQL, with variant B beside: a copy for each worker, as nobody may have open what
+    is copied."""
 
     def fill(folder: Path) -> None:
-        (folder / "target").write_text(on_postgresql(inspection.store))
+        target = new_store("postgresql")
+        copy_rows(both_variants, target)
+        run_as_owner(target, ["ANALYZE"])  # as the server does in time: questions take a tenth of theirs
+        (folder / "target").write_text(target)
 
     made = make_once("postgresql_inspected", fill) / "target"
     return replace(inspection, store=copy_store(made.read_text()))

@@ -108,11 +108,11 @@ def by_name(found: list[Difference], section: str) -> dict[str, Difference]:
     return {one.name: one for one in found if one.section == section}
 
 
-def test_a_run_is_named_alike_everywhere(inspection: Inspection, tmp_path: Path, capsys: Capsys) -> None:
-    run, page = str(inspection.answer["run"]), ["-o", str(tmp_path / "page.html")]
+def test_a_run_is_named_alike_everywhere(blocks_seen: Inspection, tmp_path: Path, capsys: Capsys) -> None:
+    run, page = str(blocks_seen.answer["run"]), ["-o", str(tmp_path / "page.html")]
 
     def said(*words: str, status: int = 0) -> tuple[str, str]:
-        assert main([*words, "--store", inspection.store]) == status
+        assert main([*words, "--store", blocks_seen.store]) == status
         return capsys.readouterr()
 
     assert len({said("why", *name) for name in ([], ["last"], ["--run", run])}) == 1

@@ -20,7 +20,6 @@ from relmodel.arrays import Floats
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from tests.app.cli.conftest import (
-    DEMO,
     Inspection,
     Pair,
     asked,
@@ -33,7 +32,7 @@ from tests.app.cli.conftest import (
 from tests.app.cli.slider import BASE
 from tests.given import Capsys, MakeOnce
 from tests.json_schema import violations
-from vision.inspection.demonstration import read_truth
+from tests.vision.localisation.scenes import above
 
 CHECKOUT = Path(__file__).parents[3]
 
@@ -113,20 +112,20 @@ def rules_of(store: str) -> dict[str, bool]:
 
 
 def test_a_prior_that_the_pictures_contradict_is_said_to(
-    bulkhead_template: Path, pair: Pair, tmp_path: Path, capsys: Capsys
+    blocks_template: Path, blocks_pair: Pair, tmp_path: Path, capsys: Capsys
 ) -> None:
     """It has the rig 150 mm from where it is, and sure to 10 mm, by its covariance, as an inspection answers it."""
-    pose = np.array(read_truth(DEMO / "pair_00_truth.json").world_from_rig)
+    pose = above(0, 0, 520)
     pose[:3, 3] += pose[:3, 0] * 150.0
     covariance = np.diag(np.repeat([10.0**2, np.radians(0.5) ** 2], 3)).tolist()
-    prior, store = tmp_path / "prior.json", str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
+    prior, store = tmp_path / "prior.json", str(shutil.copy(blocks_template, tmp_path / "cell.duckdb"))
     prior.write_text(json.dumps({"world_from_rig": pose.tolist(), "covariance": covariance}))
-    answer = inspected(store, *pair.options(prior=prior, right=None))
+    answer = inspected(store, *blocks_pair.options(prior=prior))
     said = re.search(r"the pictures put the rig (\d+) mm, ([0-9.]+) sigma, from the prior", answer["reason"])
     assert said is not None, answer["reason"]
     assert [float(value) for value in said.groups()] == pytest.approx([150, 15], abs=1.5)
     assert (answer["verdict"], answer["outcome"]["cause"]) == ("refused", "prior")
-    assert off_truth(answer).target_mm < 0.5
+    assert np.abs(np.array(answer["world_from_rig"]) - above(0, 0, 520))[:3, 3].max() < 1
     assert {rule for rule, holds in rules_of(store).items() if not holds} == {"prior"}
     assert main(["why", "last", "--verdict", "--store", store]) == 0
     assert "it was found without it, 15" in capsys.readouterr().out
