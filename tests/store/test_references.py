@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
+from pathlib import Path
 from typing import Any
 
 import psycopg
@@ -41,3 +42,15 @@ def test_only_postgresql_refuses_a_row_whose_reference_leads_nowhere(fresh_store
         )
         with refused, store.write() as connection:
             store.append(connection, "run_input", row)
+
+
+def test_every_identity_refers_to_something(duckdb_file: Path) -> None:
+    """But of tables without keys and what refers to an occurrence, a view: queries of check/ look after these."""
+    with Store.open(duckdb_file) as store:
+        refers = {(row.relation, name) for row in references(store) for name in row.column_names}
+        inspector = sa.inspect(store.engine)
+        keys = {name: key["constrained_columns"] for (_, name), key in inspector.get_multi_pk_constraint().items()}
+        names = {(table, column.name) for table in keys for column in store.table(table).columns}
+    identities = {(table, name) for table, name in names if name.endswith("_id") and keys[table]}
+    assert len(identities) > 80
+    assert {name for _, name in identities - refers} == {"occurrence_id"}
