@@ -288,12 +288,8 @@ class RangeTree(BoxIndex):
         return entries_in_boxes(self._boxes, self._x, self._y, self._greatest, asked)
 
 
-_KINDS: dict[str, Callable[[npt.ArrayLike], BoxIndex]] = {
-    "rtree": PackedRTree,
-    "grid": Grid,
-    "octree": Octree,
-    "rangetree": RangeTree,
-}
+_KINDS: dict[str, Callable[[npt.ArrayLike], BoxIndex]]
+_KINDS = {"rtree": PackedRTree, "grid": Grid, "octree": Octree, "rangetree": RangeTree}
 KINDS = tuple(_KINDS)
 
 

@@ -20,7 +20,7 @@ from vision.account.samples import (
     measure_support,
 )
 from vision.cameras.cameras import Rig
-from vision.localisation.measurements import RESPONSE, EdgeIndex
+from vision.localisation.measurements import RESPONSE, EdgeIndex, split_response
 from vision.localisation.refine import RefinedPose
 from vision.localisation.views import ViewArcs
 from vision.scene import StoredScene
@@ -262,7 +262,7 @@ def take_account(
 ) -> EdgeAccount:
     """The account of what cameras see of a scene at a pose, by what it solved of the cameras; indexes, views: by
     camera."""
-    lists, responses = [indexes[name] for name in rig.cameras], pose.camera_unknowns[:, RESPONSE]
+    lists, (responses, _) = [indexes[name] for name in rig.cameras], split_response(pose.camera_unknowns[:, RESPONSE])
     bounds = [(index.edges.low, index.edges.high) for index in lists]
     samples = collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples)
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, lists, responses, p.samples)

@@ -113,6 +113,13 @@ def describe_unknowns(rig: Rig) -> CameraUnknowns:
     return CameraUnknowns(*of_cameras, expected, deviation, shared, columns, bases)
 
 
+def split_response(solved: Floats) -> tuple[Floats, float]:
+    """How far (c,) responses move edges toward their dark side, of what was solved (c,), px, and the most that was
+    solved toward the bright one: no response does that, outlines of rounded surfaces do, and sizes err by as much."""
+    response_px = np.maximum(solved, 0.0)
+    return response_px, float((response_px - solved).max(initial=0.0))
+
+
 def differentiate(
     prediction: Prediction, delta: Floats, rows: Ints, pixel: Floats, normal: Floats, response: Floats, sigma: Floats
 ) -> Floats:

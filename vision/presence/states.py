@@ -11,6 +11,7 @@ from relmodel.arrays import Bools, Floats, Ints, count_from
 from vision.account.account_parameters import RunParameters
 from vision.account.runs import EdgeAccount, EdgeRuns, sum_in_one_light, weigh_absence
 from vision.localisation.localise import Localisation
+from vision.localisation.measurements import RESPONSE, split_response
 from vision.localisation.views import ModelView, Observation
 from vision.localisation.visibility import PartsInView
 from vision.presence.displaced import (
@@ -369,7 +370,10 @@ def assess(
     assert found.best is not None
     rig, pose, views = found.rig, found.best, view.arcs
     indexes = [found.edge_indexes[name] for name in rig.cameras]
-    where = rig, pose.world_from_rig, indexes, pose.camera_unknowns[:, 0]
+    response_px, astray_px = split_response(pose.camera_unknowns[:, RESPONSE])
+    systematic_px = float(np.hypot(p.displacement.systematic_px, astray_px))
+    p = replace(p, displacement=replace(p.displacement, systematic_px=systematic_px))
+    where = rig, pose.world_from_rig, indexes, response_px
     samples, support, runs = it.samples, it.support, it.runs
     maps = [view.maps[name] for name in rig.cameras]
     items = list_items(stored, parts, maps)

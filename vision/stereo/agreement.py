@@ -98,15 +98,11 @@ def doubt_rig(rig: Rig, points: SharedPoints) -> str | None:
     if stated.points < LEAST_POINTS:
         return None
     one, other = rig.cameras
-    tried: dict[str, tuple[Rig, SharedPoints]] = {
-        f"if {one} and {other} are each other's: exchange their pictures, or their names in the file": (
-            rig,
-            SharedPoints(points.other, points.one),
-        ),
-        "if its poses are camera_from_rig: invert them": (
-            replace(rig, rig_from_camera={name: inverse(pose) for name, pose in rig.rig_from_camera.items()}),
-            points,
-        ),
+    exchanged = rig, SharedPoints(points.other, points.one)
+    inverted = replace(rig, rig_from_camera={name: inverse(pose) for name, pose in rig.rig_from_camera.items()}), points
+    tried = {
+        f"if {one} and {other} are each other's: exchange their pictures, or their names in the file": exchanged,
+        "if its poses are camera_from_rig: invert them": inverted,
     }
     for share in FOCAL_SHARES.tolist():
         words = f"with a focal length of {other} {abs(share - 1):.1%} {'greater' if share > 1 else 'less'}"
@@ -118,10 +114,8 @@ def doubt_rig(rig: Rig, points: SharedPoints) -> str | None:
     for turn in TURNS.tolist():
         pose = perturb(rig.rig_from_camera[other], np.array([0, 0, 0, turn, 0, 0]))
         turned = replace(rig, rig_from_camera=rig.rig_from_camera | {other: pose})
-        tried[f"with {other} turned by {np.degrees(turn):.2f} degrees about its x axis: was it moved?"] = (
-            turned,
-            points,
-        )
+        words = f"with {other} turned by {np.degrees(turn):.2f} degrees about its x axis: was it moved?"
+        tried[words] = turned, points
     found = {words: measure_agreement(*of) for words, of in tried.items()}
     words, best = max(found.items(), key=lambda it: it[1].log_odds)
     if best.log_odds - stated.log_odds < SURE:

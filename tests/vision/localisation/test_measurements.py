@@ -24,6 +24,7 @@ from vision.localisation.measurements import (
     measure,
     share_left,
     shift_pixels,
+    split_response,
     weigh,
 )
 
@@ -160,3 +161,9 @@ def test_the_slope_of_the_loss_is_its_derivative() -> None:
     np.testing.assert_allclose(slope, (ahead - weight * (offset - shift)) / step, atol=1e-5)
     np.testing.assert_allclose(weigh(np.array([0.0, 0.7, 2.1]), np.zeros(3), np.ones(3, bool), 0.7)[0], [1, 0.25, 0.01])
     assert (weight[2], slope[2]) == (0, 0)
+
+
+def test_no_response_moves_edges_toward_the_bright_side() -> None:
+    response, astray = split_response(np.array([0.3, -0.2, 0.0, -0.9]))
+    assert (response.tolist(), astray) == ([0.3, 0.0, 0.0, 0.0], 0.9)
+    assert split_response(np.array([0.3, 0.1]))[1] == 0.0
