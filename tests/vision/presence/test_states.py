@@ -195,15 +195,15 @@ def test_what_is_told_missing_explains_its_edges(odds: float, explained: list[in
         (0.5, 0.14, 2.0, "changed", "its size differs from the model's"),  # 3.6 sigma
         (0.5, 0.15, 2.0, "not_confirmed", "a size of it may differ from the model's"),
         (0.5, 0.17, 2.0, "confirmed", "its edges are found"),
-        (0.5, 0.14, 0.0, "not_confirmed", "a size of it may differ from the model's"),  # glare narrows a bore,
-        (-0.5, 0.14, 0.0, "changed", "its size differs from the model's"),  # and never widens one
+        (0.5, 0.14, 0.0, "changed", "its size differs from the model's"),  # wherever its rims count as found
+        (-0.5, 0.14, 0.0, "changed", "its size differs from the model's"),
         (0.39, 0.12, 2.0, "not_confirmed", "a size of it may differ from the model's"),
         (0.1, 0.37, 0.0, "confirmed", "its edges are found"),
         (0.1, 0.38, 0.0, "not_confirmed", "a size of it may differ from the model's"),  # known to 1.52 mm of 10
         (0.39, 0.14, 2.0, "confirmed", "its edges are found"),
     ],
 )
-def test_a_diameter_has_changed_where_the_rims_are_found_displaced_or_the_bore_wider(
+def test_a_diameter_has_changed_from_so_many_sigmas_and_mm(
     mm: float, sigma: float, log_odds: float, state: str, why: str
 ) -> None:
     """A bore of 10 mm, of which either side lies so far inward."""
