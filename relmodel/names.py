@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import re
 import stat
 from collections.abc import Iterable, Iterator
 from difflib import SequenceMatcher
 from pathlib import Path
+from typing import Any
 
 from relmodel.errors import InputError
 
@@ -94,6 +96,21 @@ def read_text(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> str:
         return read_bytes(path, what, most_bytes).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"the {what} {path} is not text in UTF-8: save it as UTF-8") from error
+
+
+def json_mapping(text: str) -> dict[str, Any] | None:
+    """What a file says that is JSON, a subset of YAML that is read a hundred times faster; None for anything else."""
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        if len(dict(pairs)) < len(pairs):
+            raise ValueError("a key stands twice: left to YAML's reader")
+        return dict(pairs)
+
+    try:
+        data = json.loads(text, object_pairs_hook=unique) if text.startswith("{") else None
+    except ValueError:
+        return None
+    return data if isinstance(data, dict) else None
 
 
 def read_csv(path: Path, what: str) -> Iterator[tuple[str, list[str]]]:

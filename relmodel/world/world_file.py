@@ -24,7 +24,6 @@ mounts:
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -36,7 +35,7 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
-from relmodel.names import MOST_NAME_BYTES, read_bytes
+from relmodel.names import MOST_NAME_BYTES, json_mapping, read_bytes
 
 ROLES = ("inspected", "fixture", "robot", "tool")
 
@@ -111,21 +110,6 @@ def read_world_file(path: str | Path) -> WorldFile:
     _unique([m.name for m in mounts if m.kind == "object"], path, "mounts", "mount an object once")
     _refuse_circles(mounts, path)
     return WorldFile(path, world, objects, rigs, mounts)
-
-
-def json_mapping(text: str) -> dict[str, Any] | None:
-    """What a file says that is JSON, a subset of YAML that is read a hundred times faster; None for anything else."""
-
-    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        if len(dict(pairs)) < len(pairs):
-            raise ValueError("a key stands twice: YAML's reader says where")
-        return dict(pairs)
-
-    try:
-        data = json.loads(text, object_pairs_hook=unique) if text.startswith("{") else None
-    except ValueError:
-        return None
-    return data if isinstance(data, dict) else None
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:

@@ -12,8 +12,7 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry import transforms
-from relmodel.names import read_text
-from relmodel.world.world_file import json_mapping
+from relmodel.names import json_mapping, read_text
 from vision.cameras.cameras import CalibrationSigma, Camera, Rig
 
 # A rotation typed or rounded to six digits is off by some 1e-6; anything worse is a mistake, not round-off.

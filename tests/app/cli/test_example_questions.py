@@ -35,8 +35,8 @@ def by_kind(variant: str, *kinds: str) -> list[dict[str, Any]]:
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])
 def store(request: pytest.FixtureRequest, both_variants: str) -> Iterator[Store]:
-    in_use = request.param == "duckdb"
-    target = both_variants if in_use else request.getfixturevalue("postgresql_inspection").store
+    on_duckdb = request.param == "duckdb"
+    target = both_variants if on_duckdb else request.getfixturevalue("postgresql_inspection").store
     with Store.open(target, read_only=True) as opened:
         yield opened
 

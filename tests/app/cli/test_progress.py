@@ -83,7 +83,7 @@ def test_progress_stands_on_a_terminal_alone_and_a_reader_is_no_reason_to_refuse
         assert told[verb] in terminal.getvalue(), verb
         assert capsys.readouterr().out == quiet[verb]
     with held(again, read_only=True):
-        for words in ("init", "check", "set box batch 7 --variant A"):
+        for words in ("init", "check", "set box batch 7 --variant A", "prune runs --state killed --yes"):
             assert main([*words.split(), "--store", again]) == 0, words
 
 

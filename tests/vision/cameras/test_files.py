@@ -140,3 +140,12 @@ def test_cameras_are_what_lenses_and_sensors_are(change: dict[str, Any], message
         assert {key: value for key, value in values.items() if value} == pytest.approx(change["sigma"])
         write_rig_file(found, path)
         assert read_rig(path).sigma["right"] == got
+
+
+def test_json_is_read_as_json_but_where_it_has_a_key_twice(tmp_path: Path) -> None:
+    """As YAML 1e-1 would be text, and of a key that stands twice the last holds."""
+    path, pose = tmp_path / "prior.json", json.dumps(np.eye(4).tolist())
+    path.write_text(f'{{"world_from_rig": {pose}, "sigma": {{"translation_mm": 2e-1, "rotation_deg": 0.1}}}}')
+    assert np.sqrt(read_prior(path).covariance[0, 0]) == pytest.approx(0.2)
+    path.write_text(f'{{"sigma": 1, "world_from_rig": {pose}, "sigma": {{"translation_mm": 2, "rotation_deg": 0.1}}}}')
+    assert np.sqrt(read_prior(path).covariance[0, 0]) == pytest.approx(2)
