@@ -221,7 +221,6 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     single = measured & ~round_ & (level != "part")
     diameter, grows = 2 * radius[surface], np.where(surfaces.inward[surface], -2.0, 2.0)
     zero = np.zeros(len(surface))
-    displaced = surfaces.log_odds[surface] > 0  # rims are found where it lies, not in place
     # Whether a single face lies elsewhere, as a wall of a pocket, is known from where it was sought, and a web's other
     # side is hardly ever seen: widths and webs are reported, and judged where a face of theirs has moved.
     has_moved = np.zeros(len(items), bool)
@@ -232,7 +231,7 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     wall_moved = has_moved[opposed.item] & (surfaces.moved[opposed.one] | surfaces.moved[opposed.other])
     rows = [
         _select("diameter", round_, items.member, diameter, diameter + grows * mm, 2 * sigma, round_),
-        _select("shift", round_, items.member, zero, aside, shift_sigma, displaced),
+        _select("shift", round_, items.member, zero, aside, shift_sigma, surfaces.log_odds[surface] > 0),
         _select("offset", single, items.member, zero, mm, sigma, moved),
         _select(
             "thickness", np.isfinite(thickness), others, items.thickness, thickness, thickness_sigma,
