@@ -142,36 +142,25 @@ WITH statistic AS (
     SELECT run_id,
         max(CASE name WHEN 'evidence' THEN value END) AS evidence, max(CASE name WHEN 'share' THEN value END) AS share,
         max(CASE name WHEN 'agreement' THEN value END) AS agreement, max(CASE name WHEN 'apart' THEN value END) AS apart,
-        max(CASE name WHEN 'chance_level' THEN value END) AS chance_level,
-        max(CASE name WHEN 'chance_scale' THEN value END) AS chance_scale,
-        max(CASE name WHEN 'prior_sigma' THEN value END) AS prior_sigma,
-        max(CASE name WHEN 'prior_mm' THEN value END) AS prior_mm,
-        max(CASE name WHEN 'prior_left_out' THEN value END) AS prior_left_out,
-        max(CASE name WHEN 'outline_px' THEN value END) AS outline_px,
-        max(CASE name WHEN 'outline_contrast' THEN value END) AS outline_contrast,
-        max(CASE name WHEN 'sigma_mm' THEN value END) AS sigma_mm,
-        max(CASE name WHEN 'sigma_rad' THEN value END) AS sigma_rad,
-        max(CASE name WHEN 'likely' THEN value END) AS likely,
-        max(CASE name WHEN 'rivals' THEN value END) AS rivals,
-        max(CASE name WHEN 'absent' THEN value END) AS absent,
-        max(CASE name WHEN 'absent_anywhere' THEN value END) AS absent_anywhere,
-        max(CASE name WHEN 'rival_face_mm' THEN value END) AS face_mm,
-        max(CASE name WHEN 'calibration' THEN value END) AS calibration,
-        max(CASE name WHEN 'calibration_limit' THEN value END) AS calibration_limit,
-        min(CASE WHEN starts_with(name, 'sees ') THEN value END) AS sees
+        max(CASE name WHEN 'chance_level' THEN value END) AS chance_level, max(CASE name WHEN 'chance_scale' THEN value END) AS chance_scale,
+        max(CASE name WHEN 'prior_sigma' THEN value END) AS prior_sigma, max(CASE name WHEN 'prior_mm' THEN value END) AS prior_mm,
+        max(CASE name WHEN 'prior_left_out' THEN value END) AS prior_left_out, max(CASE name WHEN 'outline_px' THEN value END) AS outline_px,
+        max(CASE name WHEN 'outline_contrast' THEN value END) AS outline_contrast, max(CASE name WHEN 'sigma_mm' THEN value END) AS sigma_mm,
+        max(CASE name WHEN 'sigma_rad' THEN value END) AS sigma_rad, max(CASE name WHEN 'likely' THEN value END) AS likely,
+        max(CASE name WHEN 'rivals' THEN value END) AS rivals, max(CASE name WHEN 'absent' THEN value END) AS absent,
+        max(CASE name WHEN 'absent_anywhere' THEN value END) AS absent_anywhere, max(CASE name WHEN 'rival_face_mm' THEN value END) AS face_mm,
+        max(CASE name WHEN 'faces_off' THEN value END) AS faces_off, max(CASE name WHEN 'calibration' THEN value END) AS calibration,
+        max(CASE name WHEN 'calibration_limit' THEN value END) AS calibration_limit, min(CASE WHEN starts_with(name, 'sees ') THEN value END) AS sees
     FROM verdict_statistic
     GROUP BY run_id
 ),
 criterion AS (
-    SELECT run_id, max(CASE name WHEN 'min_posterior' THEN value END) AS min_posterior,
-        max(CASE name WHEN 'searched_rarity' THEN value END) AS searched_rarity,
-        max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma,
-        max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
-        max(CASE name WHEN 'max_absent_odds' THEN value END) AS max_absent,
-        max(CASE name WHEN 'max_absent_odds_anywhere' THEN value END) AS max_absent_anywhere,
-        max(CASE name WHEN 'least_camera_odds' THEN value END) AS least_odds,
-        max(CASE name WHEN 'needs_translation_mm' THEN value END) AS needs_mm,
-        max(CASE name WHEN 'needs_rotation' THEN value END) AS needs_rad
+    SELECT run_id,
+        max(CASE name WHEN 'min_posterior' THEN value END) AS min_posterior, max(CASE name WHEN 'searched_rarity' THEN value END) AS searched_rarity,
+        max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma, max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
+        max(CASE name WHEN 'max_absent_odds' THEN value END) AS max_absent, max(CASE name WHEN 'max_absent_odds_anywhere' THEN value END) AS max_absent_anywhere,
+        max(CASE name WHEN 'max_faces_off' THEN value END) AS max_faces_off, max(CASE name WHEN 'least_camera_odds' THEN value END) AS least_odds,
+        max(CASE name WHEN 'needs_translation_mm' THEN value END) AS needs_mm, max(CASE name WHEN 'needs_rotation' THEN value END) AS needs_rad
     FROM threshold
     WHERE decision = 'verdict'
     GROUP BY run_id
@@ -249,6 +238,12 @@ rule AS (
             CAST(h.needs_mm AS NUMERIC(18, 1)), ' mm needed, and as many faces say that it is the others that do')
     FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     WHERE s.face_mm IS NOT NULL
+    UNION ALL
+    SELECT s.run_id, 10, 'fit', s.faces_off, h.max_faces_off, s.faces_off <= h.max_faces_off,
+        concat('faces lie ', CAST(s.faces_off AS NUMERIC(18, 2)), ' standard deviations (rms) from their places, without the farthest, and ',
+            CAST(h.max_faces_off AS NUMERIC(18, 1)), ' are allowed')
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
+    WHERE s.faces_off IS NOT NULL
 )
 SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sentence
 FROM rule AS r
@@ -263,22 +258,21 @@ CREATE VIEW why_verdict_cause (  -- localisation: Why an inspection's pose is mo
     advice  -- what to do next
 ) AS
 WITH failed AS (
-    SELECT run_id, max(CASE rule WHEN 'likely' THEN sentence END) AS likely,
-        max(CASE rule WHEN 'prior' THEN sentence END) AS prior, max(CASE rule WHEN 'apart' THEN sentence END) AS apart,
+    SELECT run_id,
+        max(CASE rule WHEN 'likely' THEN sentence END) AS likely, max(CASE rule WHEN 'prior' THEN sentence END) AS prior,
+        max(CASE rule WHEN 'apart' THEN sentence END) AS apart,
         string_agg(CASE WHEN rule IN ('translation', 'rotation') THEN sentence END, '; ' ORDER BY rule_no) AS precise,
         max(CASE rule WHEN 'rivals' THEN sentence END) AS rivals, max(CASE rule WHEN 'edges' THEN sentence END) AS edges,
-        max(CASE rule WHEN 'faces' THEN sentence END) AS faces,
-        max(CASE rule WHEN 'cameras' THEN sentence END) AS cameras,
+        max(CASE WHEN rule IN ('faces', 'fit') THEN sentence END) AS faces, max(CASE rule WHEN 'cameras' THEN sentence END) AS cameras,
         max(CASE rule WHEN 'calibration' THEN sentence END) AS calibration
     FROM why_verdict
     WHERE NOT holds
     GROUP BY run_id
 ),
 limits AS (
-    SELECT run_id, max(CASE name WHEN 'least_edges' THEN value END) AS least_edges,
-        max(CASE name WHEN 'most_blur_px' THEN value END) AS most_blur_px,
-        max(CASE name WHEN 'most_saturated' THEN value END) AS most_saturated,
-        max(CASE name WHEN 'most_mosaic' THEN value END) AS most_mosaic
+    SELECT run_id,
+        max(CASE name WHEN 'least_edges' THEN value END) AS least_edges, max(CASE name WHEN 'most_blur_px' THEN value END) AS most_blur_px,
+        max(CASE name WHEN 'most_saturated' THEN value END) AS most_saturated, max(CASE name WHEN 'most_mosaic' THEN value END) AS most_mosaic
     FROM threshold
     WHERE decision = 'picture'
     GROUP BY run_id
@@ -315,12 +309,10 @@ most AS (
         ) AS c ON c.run_id = e.run_id
     ) AS s
     JOIN (
-        SELECT run_id, max(CASE name WHEN 'offset' THEN value END) AS offset_odds,
-            max(CASE name WHEN 'weights[0]' THEN value END) AS rarity_weight,
-            max(CASE name WHEN 'weights[1]' THEN value END) AS share_weight,
-            max(CASE name WHEN 'weights[2]' THEN value END) AS agreement_weight,
-            max(CASE name WHEN 'searched_rarity' THEN value END) AS searched_rarity,
-            max(CASE name WHEN 'most_rarity' THEN value END) AS most_rarity,
+        SELECT run_id,
+            max(CASE name WHEN 'offset' THEN value END) AS offset_odds, max(CASE name WHEN 'weights[0]' THEN value END) AS rarity_weight,
+            max(CASE name WHEN 'weights[1]' THEN value END) AS share_weight, max(CASE name WHEN 'weights[2]' THEN value END) AS agreement_weight,
+            max(CASE name WHEN 'searched_rarity' THEN value END) AS searched_rarity, max(CASE name WHEN 'most_rarity' THEN value END) AS most_rarity,
             max(CASE name WHEN 'min_posterior' THEN value END) AS needed
         FROM threshold
         WHERE decision = 'verdict'

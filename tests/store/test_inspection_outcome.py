@@ -167,6 +167,8 @@ CAUSES: list[tuple[dict[str, float], float, str]] = [
     ({"absent": 0.9, "absent_anywhere": 2.9}, 900.0, "alike"),
     ({"absent_anywhere": 3.1}, 900.0, "object"),
     ({"rival_face_mm": 4.0}, 900.0, "object"),
+    ({"faces_off": 1.81}, 900.0, "object"),
+    ({"faces_off": 1.79}, 900.0, "alike"),
     ({"likely": 0.3, "apart": 9.0, "rivals": 1.0, "sigma_mm": 4.0}, 900.0, "object"),
     ({"prior_sigma": 12.0}, 900.0, "prior"),
     ({"sees left": 30.0, "sees right": -40.0}, 900.0, "camera"),

@@ -276,7 +276,7 @@ def weigh_lookalike(
     stored: StoredScene, it: EdgeRuns, asked: Bools, cameras: Sequence[str], p: RunParameters
 ) -> tuple[float, str]:
     """Log odds that the object lacks some of its asked edges (r,), as another of like outline does, against having them
-    all; and, in words, the edge that says most for that."""
+    all; and words on that, with the edge that says most for it."""
     rows = it.take(np.flatnonzero(asked & (it.weight_px > 0)))
     if not len(rows.camera):
         return 0.0, ""
@@ -284,5 +284,6 @@ def weigh_lookalike(
     odds = weigh_absence(whole, rows, 1, len(cameras), p)
     worst = int(np.argmin(rows.log_odds))
     own = [stored.name_surface(surface) for surface in rows.surface[worst].tolist() if surface >= 0]
+    words = f"edges of the model that should show do not, log odds {odds[0]:.1f}, most of all "
     where = f"{rows.weight_px[worst]:.0f} px of {' and '.join(own)} in the picture of {cameras[rows.camera[worst]]}"
-    return float(odds[0]), where
+    return float(odds[0]), words + where

@@ -60,12 +60,12 @@ from vision.inspection.pictures import (
 )
 from vision.inspection.record import Result, record_decisions, record_inspection
 from vision.localisation.localise import Localisation
-from vision.localisation.verdict import Verdict, doubt_edges, doubt_face, place_by_bases
+from vision.localisation.verdict import Verdict, doubt_face, place_by_bases
 from vision.localisation.views import Observation, ViewPoints, place_views, view_model
 from vision.localisation.visibility import find_parts_in_view
 from vision.matching import MatchedView
 from vision.presence.states import Presence, assess
-from vision.presence.surfaces import find_rival_face
+from vision.presence.surfaces import find_rival_face, measure_misfit
 from vision.rig_check import LITTLE, compare_views, describe_overlap
 from vision.scene import Scenes, StoredScene
 from vision.stereo.epipolar import choose_pair
@@ -455,16 +455,21 @@ def doubt_presence(
     verdict: Verdict, stored: StoredScene, it: Presence, needs: Needs, p: InspectionParameters
 ) -> Verdict:
     """The verdict on a pose by what is there: edges of the parts that hold it that should show and do not, beside what
-    is told of by itself; and faces that have moved so far that they could hold it elsewhere."""
+    is told of by itself; faces that have moved so far that they could hold it elsewhere; and faces that all lie off."""
     runs, surfaces = it.signs.runs, it.signs.surfaces
     holding = np.isin(stored.scene.surface_occurrence, it.find_holding_parts(p.presence.states))
     explained = (runs.surface >= 0) & it.find_explained_surfaces()[runs.surface]
     asked = holding[runs.surface[:, 0]] & ~explained.any(axis=1)
     said = weigh_lookalike(stored, runs, asked, it.cameras, p.presence.account.runs)
-    verdict = doubt_edges(verdict, "absent", *said, p.localisation.verdict.max_absent_odds)
+    verdict = verdict.limited("absent", *said, p.localisation.verdict.max_absent_odds)
     face = find_rival_face(surfaces, holding, needs.translation_mm)
     if face is not None and verdict.verdict != "refused":
         verdict = doubt_face(verdict, float(abs(surfaces.mm[face])), stored.name_surface(face))
+    if (misfit := measure_misfit(surfaces, holding)) is not None:
+        off, farthest = misfit
+        words = f"faces lie {off:.1f} standard deviations (rms) from their places, most of all "
+        words += f"{stored.name_surface(farthest)}: is the object another one, or another size?"
+        verdict = verdict.limited("faces_off", off, words, p.localisation.verdict.max_faces_off)
     return verdict
 
 

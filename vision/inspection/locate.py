@@ -23,7 +23,7 @@ from vision.localisation.localise import Localisation, localise
 from vision.localisation.magnification import doubt_scale
 from vision.localisation.measurements import EdgeIndex, correct_rig
 from vision.localisation.refine import RefinedPose
-from vision.localisation.verdict import doubt_edges, weigh_against_prior
+from vision.localisation.verdict import weigh_against_prior
 from vision.localisation.views import ModelView, Observation, ViewPoints, find_view_arcs
 from vision.matching import MatchedView, MatchingParameters, describe_view, match_view
 from vision.relations.relations import open_workspace
@@ -193,7 +193,7 @@ class Locator:
         every = stored.scene.inspected[stored.scene.surface_occurrence[account.pieces.surface[:, 0]]]
         said = weigh_lookalike(stored, account.pieces, every, list(found.rig.cameras), p.runs)
         most = self.p.localisation.verdict.max_absent_odds_anywhere
-        verdict = doubt_edges(found.verdict, "absent_anywhere", *said, most)
+        verdict = found.verdict.limited("absent_anywhere", *said, most)
         self.run.step("doubt")
         return it._replace(found=replace(found, verdict=verdict), account=account)
 

@@ -144,6 +144,11 @@ class Verdict:
         missing = [*words, *self.missing]
         return replace(self, verdict="refused", reason="; ".join(missing), missing=missing)
 
+    def limited(self, name: str, value: float, words: str, most: float) -> Verdict:
+        """The same with a statistic of that name weighed; refused in these words where it exceeds `most`."""
+        it = replace(self, weighed=self.weighed | {name: value})
+        return it if value <= most else it.refused(words)
+
     def ambiguous(self, words: str) -> Verdict:
         """The same, ambiguous for that too."""
         missing = [*self.missing, words]
@@ -595,15 +600,6 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
     return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest, weighed, blind, rig)
 
 
-def doubt_edges(verdict: Verdict, name: str, absent: float, edge: str, most: float) -> Verdict:
-    """The verdict on a pose at which the object lacks some of the model's edges with these log odds, which are weighed
-    under that name and of which `most` are allowed; edge: the one that says most for that."""
-    verdict = replace(verdict, weighed=verdict.weighed | {name: absent})
-    if absent <= most:
-        return verdict
-    return verdict.refused(f"edges of the model that should show do not, log odds {absent:.1f}, most of all {edge}")
-
-
 def doubt_face(verdict: Verdict, mm: float, face: str) -> Verdict:
     """The verdict on a pose that a face which lies mm from its place may hold as well as those that do."""
     words = f"{face} lies {mm:.1f} mm from its place, and as many faces say that it is the others that do"
@@ -619,8 +615,7 @@ def weigh_against_prior(verdict: Verdict, prior: Prior, world_from_rig: Floats, 
     weighed = verdict.weighed | {"prior_mm": mm, "prior_sigma": sigma, "prior_left_out": float(believe_pictures)}
     if believe_pictures:
         return replace(verdict, reason=f"{verdict.reason}; {apart}", weighed=weighed)
-    missing = [*verdict.missing, apart]
-    return replace(verdict, verdict="refused", reason="; ".join(missing), missing=missing, weighed=weighed)
+    return replace(verdict.refused(apart), weighed=weighed)
 
 
 def _share(value: float) -> str:

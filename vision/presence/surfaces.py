@@ -505,6 +505,21 @@ def _bend(samples: Samples, count: int) -> tuple[Bools, Floats, Floats]:
 ALONG = 0.7  # cosine of the angle up to which faces look alike: they say where the object lies along one direction
 
 
+LEAST_FACES, MOST_SIGMAS = 6, 6.0  # as far as one may lie off and count
+
+
+def measure_misfit(surfaces: SceneSurfaces, holding: Bools) -> tuple[float, int] | None:
+    """By how many standard deviations (rms) the faces that hold the pose and have not moved lie off, but the one that
+    lies off most, which may be a change, and that one; None where they are few; holding (s,)."""
+    measured = np.flatnonzero(holding & np.isfinite(surfaces.mm) & ~surfaces.moved)
+    off = np.abs(surfaces.mm / surfaces.sigma)[measured]
+    if len(off) < LEAST_FACES:
+        return None
+    order = np.argsort(off, kind="stable")
+    rest = np.minimum(off[order[:-1]], MOST_SIGMAS) ** 2
+    return float(np.sqrt(rest.mean())), int(measured[order[-1]])
+
+
 def find_rival_face(surfaces: SceneSurfaces, holding: Bools, least_mm: float) -> int | None:
     """The face that lies farthest from its place, by more than `least_mm`, where no more faces hold the pose along its
     normal than have moved so far: which of them are where the model has them is then not known.  None where there is

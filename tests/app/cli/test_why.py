@@ -65,7 +65,7 @@ def test_verdict_pose_and_parts_are_explained(inspection: Inspection) -> None:
             f"the pose is {answer['verdict']}: {answer['reason']}",
         ]
         rules = [one.sentence for one in verdict if one.topic == "rules"]
-        assert len(rules) == 8
+        assert len(rules) == 9
         assert all(rule.startswith("passed") for rule in rules)
         assert f"known to {2 * answer['sigma']['translation_mm']:.3f} mm (two sigma" in rules[3]
         pose = " ".join(one.sentence for one in explain(store, answer["run"], pose=True))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -60,6 +61,16 @@ def test_a_face_that_moved_farther_than_is_needed_may_hold_the_pose(needs_mm: fl
     found = doubted(decided(moved(replace(it, surfaces=faces))), needs_mm)
     assert found.verdict == verdict
     assert found.weighed.get("rival_face_mm", 0.0) == (1.5 if verdict == "ambiguous" else 0.0)
+
+
+@pytest.mark.parametrize(("mm", "verdict"), [(0.17, "accepted"), (0.2, "refused")])
+@mock.patch("vision.presence.surfaces.LEAST_FACES", 3)
+def test_faces_that_lie_off_together_are_of_another_object(mm: float, verdict: str) -> None:
+    """As if three were enough, two of them that far."""
+    it, mm_of = signs(*SHOWN), np.array([mm, -mm, 0.3, np.nan, np.nan])
+    found = doubted(decided(replace(it, surfaces=replace(it.surfaces, mm=mm_of, sigma=np.full(5, 0.1)))))
+    assert found.verdict == verdict
+    assert found.weighed["faces_off"] == pytest.approx(10 * mm)
 
 
 @pytest.mark.parametrize(("odds", "another"), [((2.0, 4.9), False), ((2.0, 5.0), True), ((5.0, 2.0), False)])

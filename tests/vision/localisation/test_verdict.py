@@ -24,7 +24,6 @@ from vision.localisation.verdict import (
     VerdictStatistics,
     compute_disagreement,
     compute_precision,
-    doubt_edges,
     doubt_face,
     find_misfit,
     find_standing,
@@ -143,11 +142,12 @@ def accepted() -> Verdict:
     return Verdict("accepted", "it fits", 0.99, [], 0.1, 0.001, "x", {"likely": 0.99})
 
 
-@pytest.mark.parametrize(("absent", "verdict"), [(0.4, "accepted"), (0.6, "refused")])
-def test_edges_that_should_show_and_do_not_refuse_a_pose(absent: float, verdict: str) -> None:
-    it = doubt_edges(accepted(), "absent", absent, "80 px of a and b", 0.5)
-    assert (it.verdict, it.weighed) == (verdict, {"likely": 0.99, "absent": absent})
-    assert ("most of all 80 px of a and b" in it.reason) == (verdict == "refused") == bool(it.missing)
+@pytest.mark.parametrize(("value", "verdict"), [(0.5, "accepted"), (0.6, "refused")])
+def test_a_statistic_beyond_its_limit_refuses_a_pose(value: float, verdict: str) -> None:
+    it = accepted().limited("absent", value, "80 px of a and b", 0.5)
+    assert (it.verdict, it.weighed) == (verdict, {"likely": 0.99, "absent": value})
+    assert it.missing == ["80 px of a and b"] * (verdict == "refused")
+    assert it.reason.startswith("80 px of a and b") == (verdict == "refused")
 
 
 def test_a_face_that_may_hold_the_pose_leaves_two_poses() -> None:

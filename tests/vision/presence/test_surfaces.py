@@ -28,6 +28,7 @@ from vision.presence.surfaces import (
     find_rival_face,
     find_tangent,
     find_usable,
+    measure_misfit,
     measure_moved,
     seek_moved,
 )
@@ -311,3 +312,21 @@ def test_a_face_may_hold_the_pose_unless_more_others_do(
     assert find_rival_face(cast(SceneSurfaces, it), np.zeros(4, bool), least) is None
     if sum(moved) == 1 and face is None:  # a face of another part does not hold it
         assert find_rival_face(cast(SceneSurfaces, it), np.arange(4) != 3, 1.0) == 0
+
+
+@pytest.mark.parametrize(
+    ("off", "moved", "said"),
+    [
+        ([1, -1, 1, -1, 1, 5], [], (1.0, 5)),  # without the farthest
+        ([3, -4, 0, 0, 0, 0], [], (1.8**0.5 * 1.0, 1)),
+        ([-2, -9, 0, 0, 0, 0, 8], [], ((4 + 36) ** 0.5 / 6**0.5, 1)),  # none counts more than six
+        ([1, 1, 1, 1, 1, 1, 9], [6], (1.0, 5)),  # what has moved is told of by itself
+        ([1, 1, 1, 1, 1, 9], [5], None),  # too few
+    ],
+)
+def test_faces_in_place_lie_off_together(off: list[float], moved: list[int], said: tuple[float, int] | None) -> None:
+    """In millimetres of sigmas of 2 mm; a face that is not measured or does not hold the pose says nothing."""
+    count = len(off) + 2
+    mm, sigma = np.array([*off, np.nan, 50.0]) * 2, np.full(count, 2.0)
+    it = cast(SceneSurfaces, SimpleNamespace(mm=mm, sigma=sigma, moved=np.isin(np.arange(count), moved)))
+    assert measure_misfit(it, np.arange(count) < count - 1) == (said and (pytest.approx(said[0]), said[1]))
