@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, qmc
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints
 from tests.vision.localisation.scenes import above, blocks, box_scene, stereo_rig
 from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import (
@@ -33,6 +33,7 @@ from vision.localisation.hypotheses import (
     project_directions,
     project_with_jacobians,
     search_poses,
+    select_samples,
     select_under_prior,
 )
 
@@ -267,6 +268,22 @@ def test_a_shift_of_the_picture_is_by_turning_and_moving_together(distance: floa
     prior = Prior.isotropic(pose, 3.0, 0.004)
     found = predict_shift_sigma(plate, Rig({"one": camera}, {"one": np.eye(4)}), prior)
     assert found == pytest.approx(800 * np.hypot(0.004, 3.0 / (distance + 1)), rel=0.01)
+
+
+def test_samples_are_thinned_to_those_that_come_into_a_picture() -> None:
+    """From either of two poses; what is kept stands for what is left out, as dense as the nearer pose asks for."""
+    plate = box_scene([(np.array([-300.0, -40, -502]), np.array([600.0, 80, 2]))])
+    rig = Rig({"one": Camera(640, 480, np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]]))}, {"one": np.eye(4)})
+    poses = np.stack([np.diag([1.0, -1, -1, 1])] * 2)
+    poses[:, :3, 3] = (-250, 0, 0), (-230, 0, -100)
+
+    def is_seen(point: Floats) -> Bools:
+        return (np.abs(point[:, 0, None] - [-250, -230]) * 800 < 331 * (poses[:, 2, 3] - point[:, 2, None])).any(axis=1)
+
+    kept, length = select_samples(plate, rig, poses, 10.0), plate.sample_length[is_seen(plate.sample_point)].sum()
+    assert is_seen(kept.sample_point).all()
+    assert kept.sample_length.sum() == pytest.approx(length, rel=0.02)
+    assert len(kept.sample_length) == pytest.approx(2 * length / 4, rel=0.1)
 
 
 def test_elements_lie_where_the_lens_cannot_put_others() -> None:
