@@ -401,7 +401,7 @@ _OTHERWISE = {
 
 # In the order of UNKNOWNS, by how much fillets, chamfers and shadows of a part look like another calibration; and the
 # same of pictures taken alone: of parts with right files their principal point seemed 3 to 9 px off.
-OF_PARTS = np.array([0.0, 0.3, 0.3, 0.0015, *[0.15] * 3, *[4e-4] * 3, 0.01])
+OF_PARTS = np.array([0.0, 0.6, 0.6, 0.0015, 0.15, 0.15, 0.4, *[4e-4] * 3, 0.02])
 OF_PARTS_ALONE = np.array([0.0, 3.0, 3.0, *OF_PARTS[3:]])
 
 

@@ -220,18 +220,14 @@ STATED = CalibrationSigma(focal=0.001, centre_px=0.5, translation_mm=0.2, rotati
 @pytest.mark.parametrize(
     ("unknown", "by", "shown", "words"),  # shown: as stated, beside what parts do
     [
-        (1, 3.0, np.hypot(0.5, 0.3), "the principal point that right shows lies 3.0 px right of the file's, "),
-        (2, -2.5, np.hypot(0.5, 0.3), "the principal point that right shows lies 2.5 px above the file's, "),
+        (1, 3.0, np.hypot(0.5, 0.6), "the principal point that right shows lies 3.0 px right of the file's, "),
+        (2, -2.5, np.hypot(0.5, 0.6), "the principal point that right shows lies 2.5 px above the file's, "),
         (3, 0.048, np.hypot(0.001, 0.0015), "the focal length that right shows is 4.8 % greater than the file's, "),
         (3, -0.005, np.hypot(0.001, 0.0015), "the focal length that right shows is 0.5 % less than the file's, "),
-        (
-            5,
-            1.0,
-            np.hypot(0.2, 0.15),
-            "right sits 1 mm from its place in the rig along its y axis, 4 sigma: was the camera moved?",
-        ),
+        (5, 1.0, np.hypot(0.2, 0.15), "right sits 1 mm from its place in the rig along its y axis, 4 sigma: was the "),
+        (6, -2.0, np.hypot(0.2, 0.4), "right sits 2 mm from its place in the rig along its z axis, 4 sigma: was the "),
         (9, -0.005, np.hypot(0.001, 4e-4), "right is turned by 0.29 degrees about its z axis in the rig, "),
-        (10, 0.05, np.hypot(0.01, 0.01), "the radial distortion that right shows is 0.05 greater than the file's, "),
+        (10, 0.05, np.hypot(0.01, 0.02), "the radial distortion that right shows is 0.05 greater than the file's, "),
     ],
 )
 def test_what_the_pictures_show_otherwise_than_the_file_is_said(
