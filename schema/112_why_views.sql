@@ -161,9 +161,7 @@ criterion AS (
         max(CASE name WHEN 'max_absent_odds' THEN value END) AS max_absent, max(CASE name WHEN 'max_absent_odds_anywhere' THEN value END) AS max_absent_anywhere,
         max(CASE name WHEN 'max_faces_off' THEN value END) AS max_faces_off, max(CASE name WHEN 'least_camera_odds' THEN value END) AS least_odds,
         max(CASE name WHEN 'needs_translation_mm' THEN value END) AS needs_mm, max(CASE name WHEN 'needs_rotation' THEN value END) AS needs_rad
-    FROM threshold
-    WHERE decision = 'verdict'
-    GROUP BY run_id
+    FROM threshold WHERE decision = 'verdict' GROUP BY run_id
 ),
 rule AS (
     SELECT s.run_id, 0 AS rule_no, 'likely' AS rule, s.likely AS value, h.min_posterior AS gate,
@@ -185,8 +183,7 @@ rule AS (
             CASE WHEN s.prior_mm IS NULL THEN ''
                 ELSE concat('; it was found without it, ', CAST(s.prior_mm AS NUMERIC(18, 0)), ' mm away',
                     CASE WHEN s.prior_left_out = 1 THEN ', and the pictures were to be believed' ELSE '' END) END)
-    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
-    WHERE s.prior_sigma IS NOT NULL
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id WHERE s.prior_sigma IS NOT NULL
     UNION ALL
     SELECT s.run_id, 2, 'apart', s.apart, h.max_apart, s.apart <= h.max_apart,
         concat('the cameras disagree by ', CAST(s.apart AS NUMERIC(18, 2)), ' sigma, and ',
@@ -224,26 +221,22 @@ rule AS (
     SELECT s.run_id, 7, 'cameras', s.sees, h.least_odds, s.sees >= h.least_odds,
         concat('the camera that sees least of the model sees it with log odds of ', CAST(s.sees AS NUMERIC(18, 1)), ', and ',
             CAST(h.least_odds AS NUMERIC(18, 1)), ' are needed')
-    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
-    WHERE s.sees IS NOT NULL
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id WHERE s.sees IS NOT NULL
     UNION ALL
     SELECT s.run_id, 8, 'calibration', s.calibration, s.calibration_limit, s.calibration <= s.calibration_limit,
         concat('what the pictures show of the cameras lies up to ', CAST(s.calibration AS NUMERIC(18, 1)),
             ' sigma from the rig''s file, and ', CAST(s.calibration_limit AS NUMERIC(18, 1)), ' are allowed')
-    FROM statistic AS s
-    WHERE s.calibration IS NOT NULL
+    FROM statistic AS s WHERE s.calibration IS NOT NULL
     UNION ALL
     SELECT s.run_id, 9, 'faces', s.face_mm, h.needs_mm, false,
         concat('a face lies ', CAST(s.face_mm AS NUMERIC(18, 1)), ' mm from its place, further than the ',
             CAST(h.needs_mm AS NUMERIC(18, 1)), ' mm needed, and as many faces say that it is the others that do')
-    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
-    WHERE s.face_mm IS NOT NULL
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id WHERE s.face_mm IS NOT NULL
     UNION ALL
     SELECT s.run_id, 10, 'fit', s.faces_off, h.max_faces_off, s.faces_off <= h.max_faces_off,
         concat('faces lie ', CAST(s.faces_off AS NUMERIC(18, 2)), ' standard deviations (rms) from their places, without the farthest, and ',
             CAST(h.max_faces_off AS NUMERIC(18, 1)), ' are allowed')
-    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
-    WHERE s.faces_off IS NOT NULL
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id WHERE s.faces_off IS NOT NULL
 )
 SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sentence
 FROM rule AS r
@@ -265,17 +258,13 @@ WITH failed AS (
         max(CASE rule WHEN 'rivals' THEN sentence END) AS rivals, max(CASE rule WHEN 'edges' THEN sentence END) AS edges,
         max(CASE WHEN rule IN ('faces', 'fit') THEN sentence END) AS faces, max(CASE rule WHEN 'cameras' THEN sentence END) AS cameras,
         max(CASE rule WHEN 'calibration' THEN sentence END) AS calibration
-    FROM why_verdict
-    WHERE NOT holds
-    GROUP BY run_id
+    FROM why_verdict WHERE NOT holds GROUP BY run_id
 ),
 limits AS (
     SELECT run_id,
         max(CASE name WHEN 'least_edges' THEN value END) AS least_edges, max(CASE name WHEN 'most_blur_px' THEN value END) AS most_blur_px,
         max(CASE name WHEN 'most_saturated' THEN value END) AS most_saturated, max(CASE name WHEN 'most_mosaic' THEN value END) AS most_mosaic
-    FROM threshold
-    WHERE decision = 'picture'
-    GROUP BY run_id
+    FROM threshold WHERE decision = 'picture' GROUP BY run_id
 ),
 unusable AS (
     SELECT i.run_id, string_agg(i.camera, ' and ' ORDER BY i.camera) AS cameras
@@ -287,9 +276,7 @@ unusable AS (
 ),
 seeing AS (
     SELECT run_id, max(value) AS best
-    FROM verdict_statistic
-    WHERE starts_with(name, 'sees ')
-    GROUP BY run_id
+    FROM verdict_statistic WHERE starts_with(name, 'sees ') GROUP BY run_id
 ),
 -- Log odds of the best pose were all found that is expected there: what view and model could say at most.
 most AS (

@@ -502,10 +502,8 @@ def _bend(samples: Samples, count: int) -> tuple[Bools, Floats, Floats]:
     return np.bincount(surface, out, count) < 0, middle, mean
 
 
-ALONG = 0.7  # cosine of the angle up to which faces look alike: they say where the object lies along one direction
-
-
-LEAST_FACES, MOST_SIGMAS = 6, 6.0  # as far as one may lie off and count
+LEAST_FACES = 6  # whose fit says something of the object
+MOST_SIGMAS = 6.0  # as which a face counts at most, however far it lies off
 
 
 def measure_misfit(surfaces: SceneSurfaces, holding: Bools) -> tuple[float, int] | None:
@@ -518,6 +516,9 @@ def measure_misfit(surfaces: SceneSurfaces, holding: Bools) -> tuple[float, int]
     order = np.argsort(off, kind="stable")
     rest = np.minimum(off[order[:-1]], MOST_SIGMAS) ** 2
     return float(np.sqrt(rest.mean())), int(measured[order[-1]])
+
+
+ALONG = 0.7  # cosine of the angle up to which faces look alike: they say where the object lies along one direction
 
 
 def find_rival_face(surfaces: SceneSurfaces, holding: Bools, least_mm: float) -> int | None:
