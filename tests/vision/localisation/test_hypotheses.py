@@ -278,7 +278,8 @@ def test_samples_are_thinned_to_those_that_come_into_a_picture() -> None:
     poses[:, :3, 3] = (-250, 0, 0), (-230, 0, -100)
 
     def is_seen(point: Floats) -> Bools:
-        return (np.abs(point[:, 0, None] - [-250, -230]) * 800 < 331 * (poses[:, 2, 3] - point[:, 2, None])).any(axis=1)
+        off, ahead = point[:, 0, None] - poses[:, 0, 3], poses[:, 2, 3] - point[:, 2, None]
+        return np.asarray((np.abs(off) * 800 < 331 * ahead).any(axis=1))
 
     kept, length = select_samples(plate, rig, poses, 10.0), plate.sample_length[is_seen(plate.sample_point)].sum()
     assert is_seen(kept.sample_point).all()
