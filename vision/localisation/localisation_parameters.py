@@ -42,7 +42,7 @@ class VerdictParameters:
     """the same of all edges, before it is known what has moved, at a pose found with no prior: many edges of a box lie
     on those of another"""
     max_faces_off: float = 1.8
-    """standard deviations (rms) by which faces may lie off: 113 right poses had up to 1.76, other sizes up to 2.06"""
+    """standard deviations (rms) by which faces may lie off: 111 right poses had up to 1.76, other sizes up to 2.06"""
     temper: float = 0.05  # by which differences of evidence between rivals are multiplied
     agreement_px: float = 1.0  # px
     rival_share: float = 0.05  # share of the best pose's evidence by which a rival may fall short of it

@@ -318,7 +318,7 @@ def test_a_face_may_hold_the_pose_unless_more_others_do(
     ("off", "moved", "said"),
     [
         ([1, -1, 1, -1, 1, 5], [], (1.0, 5)),  # without the farthest
-        ([3, -4, 0, 0, 0, 0], [], (1.8**0.5 * 1.0, 1)),
+        ([3, -4, 0, 0, 0, 0], [], (1.8**0.5, 1)),
         ([-2, -9, 0, 0, 0, 0, 8], [], ((4 + 36) ** 0.5 / 6**0.5, 1)),  # none counts more than six
         ([1, 1, 1, 1, 1, 1, 9], [6], (1.0, 5)),  # what has moved is told of by itself
         ([1, 1, 1, 1, 1, 9], [5], None),  # too few
