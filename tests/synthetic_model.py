@@ -79,76 +79,34 @@ class SyntheticModel:
         """Write the model as the loaded object `name`."""
         tag = f"{name}/{variant}/{revision}"
         with store.write() as connection:
+
+            def put(table: str, **columns: Any) -> None:
+                store.append(connection, table, columns)
+
             shape_ids = store.new_ids(connection, "shape", len(self.shape_boxes))
-            store.append(
-                connection,
-                "shape",
-                {
-                    "id": shape_ids,
-                    "content_key": [f"{tag}/shape {i}" for i in range(len(shape_ids))],
-                    "kind": "solid",
-                    "surface_count": [len(boxes["surface"]) for boxes in self.elements],
-                    "arc_count": [len(boxes["arc"]) for boxes in self.elements],
-                    "area": 1.0,
-                    **dict(zip(BOX, self.shape_boxes.T, strict=True)),
-                },
-            )
+            keys = [f"{tag}/shape {i}" for i in range(len(shape_ids))]
+            counts = {f"{level}_count": [len(boxes[level]) for boxes in self.elements] for level in ("surface", "arc")}
+            put("shape", id=shape_ids, content_key=keys, kind="solid", area=1.0, **counts, **boxed(self.shape_boxes))
             feature_class = store.new_ids(connection, "feature_class", 1)
-            store.append(
-                connection, "feature_class", {"id": feature_class, "content_key": [f"{tag}/class"], "kind": ["pocket"]}
-            )
+            put("feature_class", id=feature_class, content_key=[f"{tag}/class"], kind=["pocket"])
             for shape, boxes in enumerate(self.elements):
-                shape_id = int(shape_ids[shape])
+                shape_id, b = int(shape_ids[shape]), boxes["feature"]
                 for level in ("surface", "arc"):
                     _append_listed(store, connection, shape_id, level, f"{tag}/{shape}", boxes[level])
-                b = boxes["feature"]
-                store.append(
-                    connection,
-                    "feature",
-                    {
-                        "shape_id": shape_id,
-                        "feature_no": np.arange(len(b)),
-                        "feature_class_id": int(feature_class[0]),
-                        "name": [f"pocket {i}" for i in range(len(b))],
-                        **matrix_columns(np.broadcast_to(np.eye(4), (len(b), 4, 4))),
-                        **dict(zip(BOX, b.T, strict=True)),
-                    },
-                )
+                named = {"feature_no": np.arange(len(b)), "name": [f"pocket {i}" for i in range(len(b))]}
+                named |= {"shape_id": shape_id, "feature_class_id": int(feature_class[0])}
+                put("feature", **named, **matrix_columns(np.broadcast_to(np.eye(4), (len(b), 4, 4))), **boxed(b))
             part_ids = store.new_ids(connection, "part", len(shape_ids))
             names = [f"P{i}" for i in range(len(part_ids))]
             keys = [f"{tag}/part {i}" for i in range(len(part_ids))]
-            store.append(
-                connection,
-                "part",
-                {"id": part_ids, "content_key": keys, "number": names, "name": names, "shape_id": shape_ids},
-            )
+            put("part", id=part_ids, content_key=keys, number=names, name=names, shape_id=shape_ids)
             object_id = self._fill_object(store, connection, self.root, part_ids, tag, {})
             source_id = store.new_ids(connection, "source", 1)
-            store.append(
-                connection,
-                "source",
-                {
-                    "id": source_id,
-                    "file_name": [f"{name}.step"],
-                    "sha256": [tag],
-                    "format": ["step"],
-                    "unit": ["mm"],
-                    "unit_mm": [1.0],
-                    "loader_version": ["1"],
-                },
-            )
-            store.append(
-                connection,
-                "object_variant",
-                {
-                    "id": store.new_ids(connection, "object_variant", 1),
-                    "name": [name],
-                    "variant": [variant],
-                    "revision": [revision],
-                    "object_id": [object_id],
-                    "source_id": source_id,
-                },
-            )
+            file = {"file_name": [f"{name}.step"], "sha256": [tag], "format": ["step"], "loader_version": ["1"]}
+            put("source", id=source_id, unit=["mm"], unit_mm=[1.0], **file)
+            variant_id = store.new_ids(connection, "object_variant", 1)
+            given = {"name": [name], "variant": [variant], "revision": [revision]}
+            put("object_variant", id=variant_id, object_id=[object_id], source_id=source_id, **given)
             append_expansion(store, connection, object_id)
 
     def _fill_object(self, store, connection, node, part_ids, tag, done) -> int:  # type: ignore[no-untyped-def]
@@ -156,11 +114,8 @@ class SyntheticModel:
             return int(done[id(node)])
         object_id = int(store.new_ids(connection, "object", 1)[0])
         done[id(node)] = object_id
-        store.append(
-            connection,
-            "object",
-            {"id": [object_id], "content_key": [f"{tag}/{node.name}"], "name": [node.name], "kind": ["assembly"]},
-        )
+        row = {"id": [object_id], "content_key": [f"{tag}/{node.name}"], "name": [node.name], "kind": ["assembly"]}
+        store.append(connection, "object", row)
         for number, (name, parent_from_child, child) in enumerate(node.children):
             common = {"child_no": [number], "name": [name], **matrix_columns(parent_from_child)}
             if isinstance(child, Node):
@@ -189,6 +144,11 @@ class SyntheticModel:
         return out
 
 
+def boxed(boxes: npt.NDArray[np.float64]) -> dict[str, npt.NDArray[np.float64]]:
+    """Columns of boxes (n, 6)."""
+    return dict(zip(BOX, boxes.T, strict=True))
+
+
 def _append_listed(
     store: Store, connection: sa.Connection, shape_id: int, level: str, tag: str, boxes: npt.NDArray[np.float64]
 ) -> None:
@@ -196,26 +156,14 @@ def _append_listed(
     ids = store.new_ids(connection, level, len(boxes))
     keys = [f"{tag}/{level} {number}" for number in range(len(boxes))]
     places = ("centroid",) if level == "surface" else ("start", "end")
-    own: dict[str, Any] = {
-        "support_key": keys,
-        "direct": True,
-        "reversed": False,
-        "area": 1.0,
-        "u0": 0.0,
-        "u1": 1.0,
-        "v0": 0.0,
-        "v1": 1.0,
-    }
-    columns = {
-        "id": ids,
-        "content_key": keys,
-        "kind": "spline",
-        "recognised_kind": "spline",
-        "provenance": "exact",
-        **{f"{place}_{axis}": boxes[:, i] for place in places for i, axis in enumerate("xyz")},
-        **(own if level == "surface" else {"t0": 0.0, "t1": 1.0, "length": 1.0}),
-        **dict(zip(BOX, boxes.T, strict=True)),
-    }
+    columns: dict[str, Any] = {"id": ids, "content_key": keys, "provenance": "exact", **boxed(boxes)}
+    columns |= dict.fromkeys(("kind", "recognised_kind"), "spline")
+    columns |= {f"{place}_{axis}": boxes[:, i] for place in places for i, axis in enumerate("xyz")}
+    if level == "surface":
+        columns |= {"support_key": keys, "direct": True, "reversed": False, "area": 1.0}
+        columns |= {"u0": 0.0, "u1": 1.0, "v0": 0.0, "v1": 1.0}
+    else:
+        columns |= {"t0": 0.0, "t1": 1.0, "length": 1.0}
     store.append(connection, level, columns)
     listed: dict[str, Any] = {"shape_id": shape_id, f"{level}_no": np.arange(len(boxes)), f"{level}_id": ids}
     store.append(connection, f"shape_{level}", listed | ({"convexity": "free"} if level == "arc" else {}))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from relmodel.compiled import cache_key
+from tests.app.cli.conftest import halve
 
 CHECKOUT = Path(__file__).parent.parent
 
@@ -28,7 +30,8 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The programs of an environment into which the wheel was unpacked, as an installer does.
+    """The programs of an environment into which the wheel was unpacked, as an installer does; its pictures are of half
+    the size.
 
     What the wheel depends on is borrowed from the environment of the tests by a .pth file, which does not follow the
     .pth files there: where the checkout is installed for editing, it stays out of reach.
@@ -38,6 +41,9 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     packages = Path(sysconfig.get_path("purelib", vars={"base": str(folder), "platbase": str(folder)}))
     with zipfile.ZipFile(wheel) as file:
         file.extractall(packages)
+    pair = halve("pair_00", tmp_path_factory.mktemp("pair"))
+    for file in (pair.left, pair.right, pair.rig_file):
+        shutil.copy(file, packages / f"relmodel/data/demo/pair_00_{file.name}")
     (packages / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
     return folder / ("Scripts" if os.name == "nt" else "bin")
 
@@ -47,6 +53,7 @@ RUN = """
 import os, relmodel, vision
 from importlib.metadata import entry_points
 from relmodel.compiled import cache_key
+from tests.app.cli.conftest import halve
 (program,) = entry_points(group="console_scripts", name="relmodel")
 main = program.load()
 ended = [main(["demo"])]

@@ -41,16 +41,8 @@ def write_world(folder: Path, rig: Path, world_from_rig: npt.ArrayLike, *carrier
     (folder / "slider.urdf").write_text(URDF)
     (folder / "rig.yaml").write_text(rig.read_text())
     world = yaml.safe_load((resource_dir("demo") / "world.yaml").read_text())
-    for name in carriers:
-        world["objects"].append(
-            {
-                "object": "slider",
-                "name": name,
-                "role": "robot",
-                "world_from_object": BASE.tolist(),
-                "joints": {"travel": TRAVEL},
-            }
-        )
+    placed = {"role": "robot", "world_from_object": BASE.tolist(), "joints": {"travel": TRAVEL}}
+    world["objects"] += [{"object": "slider", "name": name, **placed} for name in carriers]
     mount = {"rig": "head", "link": "carriage", "carrier_from_rig": carriage_from_rig(world_from_rig).tolist()}
     world["rigs"] = [{"name": "head", "file": "rig.yaml"}]
     world["mounts"] = [{**mount, "on": name} for name in carriers]

@@ -23,7 +23,7 @@ from tests.app.cli.conftest import Inspection, Pair, asked
 from tests.app.cli.test_results import check_qif_order
 from tests.given import Capsys, CopyStore
 from tests.pages import Page
-from tests.reading import load, store_model
+from tests.reading import store_model
 from tests.synthetic_model import write_world
 
 # Features of a box that is placed twice: kind, dimensions, and faces, all of one role.
@@ -97,9 +97,12 @@ def inspect(store: Store, states: dict[str, str], sizes: list[Any], verdict: str
     return {(row.path.removeprefix("thing/left/"), row.what): row for row in asked(store, query, run=run.id)}
 
 
+# The quicker, of which a test of the same statements runs on both.
+on_one_engine = pytest.mark.parametrize("fresh_store", ["postgresql"], indirect=True)
 STEP, YES, NO, UNSURE = 2.0**-10, "conforms", "does not conform", "not decidable"
 
 
+@on_one_engine
 def test_sizes_are_decided_by_their_limits_and_uncertainty(target: str, tmp_path: Path) -> None:
     decisions: list[tuple[tuple[float, ...], float, str, str | None]]  # by limits 9.5 and 10.5 and sigma, half of U
     decisions = [((10.0, 9.75 + STEP, 10.25 - STEP), 0.125, YES, None), ((10.0,), 0.25 - STEP, YES, None)]
@@ -148,6 +151,7 @@ def test_other_sizes_and_counts(target: str, tmp_path: Path) -> None:
     assert listed == [(no, *row) for no, row in enumerate(both, 1)]
 
 
+@on_one_engine
 def test_a_bad_row_is_refused_and_nothing_is_kept(target: str, tmp_path: Path) -> None:
     bad = {
         "left/through_hole 9,diameter,10,1,1": "no 'diameter' of thing/left/through_hole 9: relmodel show",
@@ -168,24 +172,14 @@ def test_a_bad_row_is_refused_and_nothing_is_kept(target: str, tmp_path: Path) -
         assert asked(store, "SELECT count(*) FROM size_tolerance") == [(6,)]
 
 
-@pytest.mark.data
-def test_pmi_of_a_file(duckdb_file: Path, data_dir: Path) -> None:
-    with Store.open(duckdb_file) as store:
-        load(store, data_dir / "step/nist_ctc_01_asme1_ap242.stp", name="part")
-        rows = asked(store, "SELECT nominal, lower_limit, upper_limit FROM bounded_size WHERE source = 'file'")
-    ends = [(20, 19.9, 20.05), (20, 19.95, 20.1), (25, 24.85, 25.15), (35, 34.8, 35)]
-    ends += [(35, 34.8, 35.2), (35, 34.8, 35.2), (35, 35, 35.2)]
-    np.testing.assert_allclose(sorted(tuple(row) for row in rows), ends, atol=1e-9)
-
-
 def test_exports(inspection: Inspection, pair: Pair, copy_store: CopyStore, tmp_path: Path, capsys: Capsys) -> None:
     target, file = copy_store(inspection.store), tmp_path / "t.csv"
     query = "SELECT number, path, measured FROM characteristic_result WHERE what = 'diameter' AND measured IS NOT NULL"
     first, second, *_ = asked(target, f"{query} AND path LIKE '%BODY%'")
     file.write_text(f"path,what,nominal,plus,minus\n{first.path},diameter,,20,20\n{second.path},diameter,,0.01,0.01\n")
     assert main(["tolerances", str(file), "--store", target]) == 0
-    for out in ("run.json", "run.qif", "tables"):
-        assert main(["export", "--run", "last", "-o", str(tmp_path / out), "--tables", "csv", "--store", target]) == 0
+    for out in ("run.json", "run.qif"):
+        assert main(["export", "--run", "last", "-o", str(tmp_path / out), "--store", target]) == 0
     listed = json.loads((tmp_path / "run.json").read_text())["characteristic"]
     shown = [row["number"] for row in inspection.answer["characteristics"]]
     assert shown == [row["number"] for row in listed if row["measured"] is not None]
@@ -198,7 +192,6 @@ def test_exports(inspection: Inspection, pair: Pair, copy_store: CopyStore, tmp_
         )
         assert re.search(words.replace("/", "/ ?"), text), words
     assert {row["path"]: row["decision"] for row in listed if row["source"]} == {first.path: YES, second.path: UNSURE}
-    assert (tmp_path / "tables/characteristic.csv").read_text().count('"not decidable"') == 1
     root, q = ElementTree.parse(tmp_path / "run.qif").getroot(), "{http://qifstandards.org/xsd/qif3}"
     check_qif_order(root)
     items, measurements = (root.iterfind(f".//{q}Characteristic{name}s/*") for name in ("Item", "Measurement"))

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 from urllib.request import urlopen
 
 import pytest
@@ -26,6 +26,7 @@ from relmodel.find.find import in_volumes
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair, asked
 from tests.given import Capsys, NewStore
+from tests.reading import read_here
 from vision.inspection import inspection as inspection_module
 
 CHECKOUT = Path(__file__).parents[3]
@@ -86,6 +87,7 @@ def test_commands_are_taken(page: Path) -> None:
         check(words)
 
 
+FILES = ("", ".journal")  # of a store
 # What a page speaks of as the reader's own.
 SERVER = "postgresql+psycopg://host/cell"
 # Pages whose blocks need stores of their own: of variants, whose comparisons these tests hold, and one to be copied.
@@ -143,8 +145,6 @@ def served(request: pytest.FixtureRequest) -> Callable[[str], str]:
             return page
         makes = f"relmodel init --store {SERVER}" in page
         url = request.getfixturevalue("postgresql_url") if makes else request.getfixturevalue("new_store")("postgresql")
-        if makes:  # a small object in the place of the bulkhead: files are loaded into both engines elsewhere
-            page = page.replace("load bulkhead.step", "load examples/cell/head.urdf")
         return page.replace(SERVER, url).replace(SERVER.replace("+psycopg", ""), url.replace("+psycopg", ""))
 
     return put
@@ -170,34 +170,9 @@ def was_run(words: list[str]) -> bool:
     return there
 
 
-FILES = ("", ".journal")  # of a store
-
-
-class Made:
-    """Stores as pages make them: what one has made, the others take over."""
-
-    KEPT: ClassVar[dict[tuple[str, ...], dict[str, bytes]]] = {}  # by the commands that made it
-
-    def __init__(self) -> None:
-        self.by: dict[str, tuple[str, ...]] = {}
-
-    def make(self, words: list[str], capsys: Capsys) -> None:
-        target = words[-1]
-        given = (str(Path(word).resolve()) if Path(word).exists() else word for word in words[1:-1])
-        self.by[target] = (*self.by.get(target, ()), *given)
-        if self.by[target] in self.KEPT:
-            for suffix, content in self.KEPT[self.by[target]].items():
-                Path(target + suffix).write_bytes(content)
-        else:
-            assert main(words[1:]) == 0, words
-            assert "".join(capsys.readouterr()).strip(), words
-            files = {suffix: Path(target + suffix) for suffix in FILES}  # one that holds no run has no journal
-            self.KEPT[self.by[target]] = {suffix: file.read_bytes() for suffix, file in files.items() if file.exists()}
-
-
 def run_shell_blocks(page: str, left_alone: Inspection, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every block in order; a page that goes on with what it inspects does so with what was inspected before."""
-    run, made = [words for block in shell_blocks(page) for words in commands(block)], Made()
+    run = [words for block in shell_blocks(page) for words in commands(block)]
     assert run
     for words in run:
         if words[0] == "export":
@@ -211,8 +186,6 @@ def run_shell_blocks(page: str, left_alone: Inspection, capsys: Capsys, monkeypa
                 assert words[words.index("--serial") + 1] == "SN-0042"
                 for suffix in FILES:
                     shutil.copy(left_alone.store + suffix, words[-1] + suffix)
-            elif words[1] in ("init", "load", "world") and "://" not in words[-1] and "demo/cell" not in words[-1]:
-                made.make(words, capsys)
             elif not was_run(words):
                 assert main(words[1:]) == 0, words
                 said = capsys.readouterr()
@@ -267,6 +240,9 @@ def test_every_block_is_run() -> None:
 def test_commands_run(
     page: Path, served: Callable[[str], str], left_alone: Inspection, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """What is loaded is a small object, whatever its file: others load the bulkhead."""
+    small = read_here(CHECKOUT / "examples/cell/head.urdf")
+    monkeypatch.setattr("relmodel.readers.child.read_in_child", lambda *_: small)
     text = page.read_text()
     run_shell_blocks(served(text), left_alone, capsys, monkeypatch)
     for command, answer in _ANSWERED.findall(text):
@@ -303,9 +279,12 @@ def inspected_before(inspection: Inspection, demonstrated: None, monkeypatch: py
     return tasks
 
 
-def test_python_page_runs(inspected_before: list[Any], both_variants: str, capsys: Capsys) -> None:
-    """Its blocks in order, as one program, of a store that has what the page loads."""
+def test_python_page_runs(
+    inspected_before: list[Any], both_variants: str, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its blocks in order, as one program, of a store that has what the page loads; the notebook has the report."""
     shutil.copy(both_variants, "demo/cell.duckdb")
+    monkeypatch.setattr("relmodel.app.report.write.run_page", lambda *given: f"run {given[-1]}")
     said: dict[str, Any] = {}
     for language, block in _BLOCK.findall((CHECKOUT / "docs/python.md").read_text()):
         if language == "python":

@@ -18,7 +18,7 @@ from relmodel.app.decide import decide
 from relmodel.arrays import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
-from tests.app.cli.conftest import Pair, asked
+from tests.app.cli.conftest import Inspection, Pair, asked
 from tests.given import Capsys, CopyStore
 from tests.pages import Page
 
@@ -28,23 +28,30 @@ Size = tuple[str, str, float, float, bool]  # path, what, nominal, value, whethe
 
 
 @pytest.fixture
-def target(bulkhead_template: Path, tmp_path: Path, copy_store: CopyStore) -> str:
+def target(bulkhead_template: Path, copy_store: CopyStore) -> str:
     return copy_store(str(bulkhead_template))
+
+
+@pytest.fixture
+def blocks(blocks_seen: Inspection, copy_store: CopyStore) -> str:
+    """A store of ten parts of one feature each, where it does not matter how features lie together."""
+    return copy_store(blocks_seen.store)
 
 
 def stop(
     store: Store, seen: Sequence[Seen], sizes: Sequence[Size] = (), verdict: str = "accepted", serial: str = "SN1"
 ) -> int:
     """An inspection of the part that found this."""
-    placed = "SELECT id, shape_id, path, world_id FROM occurrence WHERE kind = 'part' AND path LIKE 'bulkhead/%'"
-    parts = {row.path: row for row in asked(store, placed)}
+    placed = "SELECT id, shape_id, path, world_id FROM occurrence WHERE kind = 'part'"
+    parts = {row.path.partition("/")[2]: row for row in asked(store, placed)}
     listed = asked(store, "SELECT shape_id, feature_no, name FROM feature")
     features = {(row.shape_id, row.name): row.feature_no for row in listed}
     world = next(iter(parts.values())).world_id
     rows: list[tuple[int, int | None, str]] = []
-    for path in (f"bulkhead/{path}" for path, _, _ in seen):
-        part = parts.get(path) or parts[path.rpartition("/")[0]]
-        rows.append((part.id, None if path in parts else features[part.shape_id, path.rpartition("/")[2]], path))
+    for path, _, _ in seen:
+        of, _, feature = (path, "", "") if path in parts else path.rpartition("/")
+        whole = parts[of].path.removesuffix(of) + path
+        rows.append((parts[of].id, features[parts[of].shape_id, feature] if feature else None, whole))
     with Run.begin(store, "inspect", {"serial": serial}) as run, run.write() as connection:
         given: dict[str, Any] = {"world_id": world, "rig_id": 1, "needs_translation_mm": 1.0, "needs_rotation": 0.01}
         given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()]), **matrix_columns(np.eye(4)[None])}
@@ -69,6 +76,7 @@ def stop(
 
 
 RIB, POCKET, OTHER = "BODY/rib 16", "BODY/pocket 47", "BODY/rib 2"
+ONE, TWO = "block 1/body 1", "block 2/body 1"
 
 
 def test_one_physical_thing_is_one_finding(target: str) -> None:
@@ -117,17 +125,17 @@ def test_a_boss_that_is_gone_with_its_bore_is_one_finding(target: str) -> None:
     ],
 )
 def test_a_later_stop_corrects_what_it_sees_as_well(
-    stops: Sequence[tuple[str, float]], state: str, otherwise: int, target: str
+    stops: Sequence[tuple[str, float]], state: str, otherwise: int, blocks: str
 ) -> None:
-    with Store.open(target) as store:
+    with Store.open(blocks) as store:
         for found, odds in stops:
-            stop(store, [(RIB, found, odds)])
-        stop(store, [(RIB, "contradicted", 99.0)], verdict="ambiguous")  # says nothing
-        stop(store, [(RIB, "contradicted", 99.0)], serial="SN2")  # of another
+            stop(store, [(ONE, found, odds)])
+        stop(store, [(ONE, "contradicted", 99.0)], verdict="ambiguous")  # says nothing
+        stop(store, [(ONE, "contradicted", 99.0)], serial="SN2")  # of another
         (row,) = asked(
             store,
             "SELECT state, stops, otherwise FROM serial_evidence WHERE serial = 'SN1' AND path = :path",
-            path=f"bulkhead/{RIB}",
+            path=f"blocks/{ONE}",
         )
     assert row == (state, len(stops), otherwise)
 
@@ -214,34 +222,20 @@ def test_the_report_of_a_part_has_the_findings_of_all_stops_once(target: str, tm
     assert main(["report", "1", "--serial", "SN1", "-o", str(page), "--store", target]) == 2
 
 
-def test_a_decision_in_python_is_the_row_of_the_command_line(target: str) -> None:
-    with Store.open(target) as store:
-        run = stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)])
-    with relmodel.open(target, read_only=False) as python:
+def test_a_decision_in_python_is_the_row_of_the_command_line(blocks: str) -> None:
+    with Store.open(blocks) as store:
+        run = stop(store, [(ONE, "changed", 9.0), (TWO, "contradicted", 9.0)])
+    with relmodel.open(blocks, read_only=False) as python:
         assert "finding 1 of run" in python.accept(1, by="quality", note="concession 118", run=run)
         with pytest.raises(relmodel.UsageError, match="note is empty"):
             python.reject(2, by="quality", note=" ")
-    assert main(["reject", "2", "--run", str(run), "--by", "quality", "--note", "no", "--store", target]) == 0
-    with Store.open(target) as store:
-        kept = asked(
-            store, "SELECT inspection_run_id, decision, decided_by, note FROM finding_decision ORDER BY run_id"
-        )
+    assert main(["reject", "2", "--run", str(run), "--by", "quality", "--note", "no", "--store", blocks]) == 0
+    kept = asked(blocks, "SELECT inspection_run_id, decision, decided_by, note FROM finding_decision ORDER BY run_id")
     assert kept == [(run, "accepted", "quality", "concession 118"), (run, "rejected", "quality", "no")]
 
 
-def ended_otherwise(target: str, error: Exception, serial: str = "SN1") -> int:
-    """A stop that came to no answer."""
-    with (
-        Store.open(target) as store,
-        pytest.raises(type(error)),
-        Run.begin(store, "inspect", {"serial": serial, "world": "cell"}) as run,
-    ):
-        raise error
-    return run.id
-
-
-def headline(store: Store, serial: str = "SN1") -> list[Any]:
-    return asked(store, "SELECT outcome, unusable FROM serial_outcome WHERE serial = :serial", serial=serial)
+def headline(store: Store) -> list[Any]:
+    return asked(store, "SELECT outcome, unusable FROM serial_outcome WHERE serial = 'SN1'")
 
 
 def newest(target: str) -> int:
@@ -250,43 +244,49 @@ def newest(target: str) -> int:
 
 
 def test_stops_that_failed_or_were_pruned_are_counted_with_the_reason(
-    target: str, pair: Pair, tmp_path: Path, capsys: Capsys
+    blocks: str, blocks_pair: Pair, tmp_path: Path, capsys: Capsys
 ) -> None:
-    with Store.open(target) as store:
-        good = stop(store, [(RIB, "confirmed", 9.0)])
-    missing = pair.options(left=tmp_path / "lost.png")
-    assert main(["inspect", *missing, "--serial", "SN1", "--store", target]) == 3
+    with Store.open(blocks) as store:
+        good = stop(store, [(ONE, "confirmed", 9.0)])
+    missing = blocks_pair.options(left=tmp_path / "lost.png")
+    assert main(["inspect", *missing, "--serial", "SN1", "--store", blocks]) == 3
     said = capsys.readouterr().err.partition(": ")[2].strip()
-    assert newest(target) == good, "a name that was mistyped is no inspection"
-    with Store.open(target, read_only=True) as store:
+    assert newest(blocks) == good, "a name that was mistyped is no inspection"
+    with Store.open(blocks, read_only=True) as store:
         ((words, unusable),) = headline(store)
-        mistyped = asked(store, "SELECT run_id FROM run_summary WHERE serial = 'SN1' AND state = 'failed'")[0][0]
+        ((mistyped,),) = asked(store, "SELECT run_id FROM run_summary WHERE serial = 'SN1' AND state = 'failed'")
     assert words.endswith("; 1 of 2 stops usable: one failed")
     assert unusable == f"run {mistyped}, failed: {said}"
-    broken = ended_otherwise(target, ValueError("the lens fell off"))
-    assert newest(target) == broken
-    with Store.open(target) as store:
-        gone, open_pose = stop(store, [(RIB, "confirmed", 9.0)]), stop(store, [], verdict="refused")
+    with (
+        Store.open(blocks) as store,
+        pytest.raises(ValueError, match="lens"),
+        Run.begin(store, "inspect", {"serial": "SN1", "world": "table"}) as broken,
+    ):
+        raise ValueError("the lens fell off")
+    assert newest(blocks) == broken.id
+    with Store.open(blocks) as store:
+        gone, open_pose = stop(store, [(ONE, "confirmed", 9.0)]), stop(store, [], verdict="refused")
         by = prune(store, Pruning("runs", run=gone))[0]
-    page = tmp_path / "part.html"
-    assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
-    text = " ".join(Page(page.read_text()).text.split())
+
+    def shown(*of: str) -> str:
+        assert main(["report", *of, "-o", str(tmp_path / "part.html"), "--store", blocks]) == 0
+        return " ".join(Page((tmp_path / "part.html").read_text()).text.split())
+
+    text = shown("--serial", "SN1")
     assert "1 of 5 stops usable: 2 failed, one not found, one pruned" in text
-    assert f"run {broken}, failed: the lens fell off" in text
+    assert f"run {broken.id}, failed: the lens fell off" in text
     assert f"run {gone}, pruned: run {by} removed what it found" in text
     assert f"run {open_pose}, not found: so" in text
-    assert main(["report", str(gone), "-o", str(page), "--store", target]) == 0
-    text = " ".join(Page(page.read_text()).text.split())
+    text = shown(str(gone))
     assert f"Pruned run {by} removed what it found" in text
     assert "serial SN1" in text
 
 
-def test_the_headline_counts_what_was_accepted(target: str) -> None:
-    with Store.open(target) as store:
-        run = stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)])
+def test_the_headline_counts_what_was_accepted(blocks: str) -> None:
     said = []
     decisions = [(1, "accepted", "quality"), (2, "accepted", "stress"), (2, "accepted", "quality")]
-    with Store.open(target) as store:
+    with Store.open(blocks) as store:
+        run = stop(store, [(ONE, "changed", 9.0), (TWO, "contradicted", 9.0)])
         for finding, decision, by in [*decisions, (1, "rejected", "stress")]:
             decide(store, str(run), finding, decision, by, "so")
             said += asked(store, "SELECT outcome FROM inspection_outcome WHERE run_id = :run", run=run)

@@ -84,13 +84,12 @@ def test_places_that_cannot_hold_a_store_are_3(tmp_path: Path, capsys: Capsys) -
 
 
 def test_quiet_prints_data_and_errors_only_of_the_store_of_the_environment(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+    duckdb_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    monkeypatch.setenv("RELMODEL_STORE", str(tmp_path / "a.duckdb"))
-    assert main(["init"]) == 0
-    assert (tmp_path / "a.duckdb").is_file()
+    monkeypatch.setenv("RELMODEL_STORE", str(duckdb_file))
+    assert main(["init", "--cell", "a"]) == 0
     assert capsys.readouterr().err
-    assert main(["check", "--quiet"]) == 0
+    assert main(["init", "--cell", "b", "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
     assert main(["runs", "--quiet"]) == 0
     assert capsys.readouterr().out.startswith("run")

@@ -38,6 +38,12 @@ def read(page: str) -> Page:
     return Page(page)
 
 
+@pytest.fixture(scope="module")
+def of_blocks(blocks_seen: Inspection, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A page of less, where it does not matter what was seen."""
+    return written(blocks_seen.store, tmp_path_factory.mktemp("blocks"))
+
+
 def test_the_verdict_comes_first(read: Page, inspection: Inspection) -> None:
     text, head = read.text, f"Part {inspection.answer['outcome']['part_verdict']}; pose usable"
     assert text.index(head) < text.index(inspection.answer["reason"]) < text.index("Pictures")
@@ -137,10 +143,10 @@ def changed(store: str, *statements: str, given: str = "") -> str:
 
 
 @pytest.fixture(scope="module")
-def evil_page(inspection: Inspection, copy_store: CopyStore, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The page of a run whose names are all an attempt to run a script."""
+def evil_page(blocks_seen: Inspection, copy_store: CopyStore, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """That page of a run whose names are all an attempt to run a script."""
     store = changed(
-        copy_store(inspection.store),
+        copy_store(blocks_seen.store),
         "UPDATE part_in_view SET path = path || $given WHERE level = 'part'",
         "UPDATE part_in_view SET path = regexp_replace(path, '/([^/]*)$', $given || '/\\1') WHERE level <> 'part'",
         "UPDATE presence SET path = path || $given WHERE level = 'part'",
@@ -158,9 +164,9 @@ def evil_page(inspection: Inspection, copy_store: CopyStore, tmp_path_factory: p
     return written(store, tmp_path_factory.mktemp("evil"))
 
 
-def test_names_cannot_bring_elements(evil_page: str, read: Page) -> None:
+def test_names_cannot_bring_elements(evil_page: str, of_blocks: str) -> None:
     found = Page(evil_page)
-    tags, others = ([tag for tag, _ in it.elements if tag != "wbr"] for it in (found, read))
+    tags, others = ([tag for tag, _ in it.elements if tag != "wbr"] for it in (found, Page(of_blocks)))
     assert tags == others
     assert not [a for _, a in found.elements if any(name.startswith("on") for name in a)]
     assert "window.hacked=1" in found.text
@@ -170,9 +176,11 @@ def test_names_cannot_bring_elements(evil_page: str, read: Page) -> None:
     assert all(path.endswith(EVIL) for path in paths)
 
 
-def test_a_refused_run_says_why(inspection: Inspection, pair: Pair, copy_store: CopyStore, tmp_path: Path) -> None:
+def test_a_refused_run_says_why(
+    blocks_seen: Inspection, blocks_pair: Pair, copy_store: CopyStore, tmp_path: Path
+) -> None:
     store = changed(
-        copy_store(inspection.store),
+        copy_store(blocks_seen.store),
         "UPDATE inspection SET verdict = 'refused', reason = 'too little evidence'",
         "DELETE FROM part_in_view",
         "DELETE FROM image_blob",
@@ -185,7 +193,7 @@ def test_a_refused_run_says_why(inspection: Inspection, pair: Pair, copy_store: 
     assert text.count("the bytes of this picture were not kept") == 2
     # The model is seen from the side of the cameras, though nothing says which parts they show.
     seen_from = np.asarray(data_of(page)["scene"]["from"])
-    assert -seen_from @ np.asarray(pair.prior["world_from_rig"])[:3, 2] > 0.8 * np.linalg.norm(seen_from)
+    assert -seen_from @ np.asarray(blocks_pair.prior["world_from_rig"])[:3, 2] > 0.8 * np.linalg.norm(seen_from)
     assert found.with_class("arc", "rejected")
 
 
@@ -229,15 +237,15 @@ def opened(page: str, chromium: Browser, folder: Path) -> Browser:
 
 @pytest.mark.browser
 def test_a_browser_shows_it_without_complaint_or_request_and_toggles_layers(
-    page: str, chromium: Browser, inspection: Inspection, tmp_path: Path
+    of_blocks: str, chromium: Browser, blocks_seen: Inspection, tmp_path: Path
 ) -> None:
-    shown = opened(page, chromium, tmp_path)
+    shown = opened(of_blocks, chromium, tmp_path)
     assert not shown.complaints
     assert [url for url in shown.requests if not url.startswith("data:")] == [shown.run("location.href")]
     assert shown.run("[...document.querySelectorAll('svg.picture image')].length") == 2
-    word, verdict = shown.run("document.querySelector('.verdict .word').textContent"), inspection.answer["outcome"]
+    word, verdict = shown.run("document.querySelector('.verdict .word').textContent"), blocks_seen.answer["outcome"]
     assert word.startswith(f"Part {verdict['part_verdict']}; pose usable")
-    assert inspection.answer["reason"] in shown.run("document.body.innerText")
+    assert blocks_seen.answer["reason"] in shown.run("document.body.innerText")
 
     def seen(selector: str) -> int:
         style = f"[...document.querySelectorAll({selector!r})].map(e => getComputedStyle(e).display)"

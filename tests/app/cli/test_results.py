@@ -134,10 +134,10 @@ def check_qif_order(root: ElementTree.Element) -> None:
             assert element.get("meanError") == "0"
 
 
-def test_qif_has_what_was_checked_and_measured(inspected: Inspection, tmp_path: Path) -> None:
+def test_qif_has_what_was_checked_and_measured(inspection: Inspection, tmp_path: Path) -> None:
     """By its structure: every reference leads to what it names, and no unchecked thing has a value."""
     out = tmp_path / "run.qif"
-    assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
+    assert main(["export", "--run", "last", "-o", str(out), "--store", inspection.store]) == 0
     root = ElementTree.parse(out).getroot()
     check_qif_order(root)
     q = "{http://qifstandards.org/xsd/qif3}"
@@ -164,8 +164,8 @@ def test_qif_has_what_was_checked_and_measured(inspected: Inspection, tmp_path: 
             nominal.findtext(f"{q}TargetValue"),
             definition.findtext(f"{q}Tolerance/{q}MaxValue"),
         )
-    with Store.open(inspected.store, read_only=True) as store, store.read() as connection:
-        run = inspected.answer["run"]
+    with Store.open(inspection.store, read_only=True) as store, store.read() as connection:
+        run = inspection.answer["run"]
         presence = [r for r in store.rows(connection, "result/presence", run_id=run) if r.level != "surface"]
         sizes = store.rows(connection, "result/measured_size", run_id=run)
     items = {r.path for r in presence}
@@ -189,13 +189,13 @@ def test_qif_has_what_was_checked_and_measured(inspected: Inspection, tmp_path: 
 
 
 def test_tables_of_another_store_are_not_replaced(
-    inspection: Inspection, copy_store: CopyStore, tmp_path: Path, capsys: Capsys
+    blocks_seen: Inspection, copy_store: CopyStore, tmp_path: Path, capsys: Capsys
 ) -> None:
-    other = copy_store(inspection.store)
+    other = copy_store(blocks_seen.store)
     assert main(["init", "--cell", "other", "--store", other]) == 0
     for form in ("csv", "parquet"):
         words = ["export", "--run", "last", "-o", str(tmp_path / form), "--tables", form, "--store"]
-        assert main([*words, inspection.store]) == 0
+        assert main([*words, blocks_seen.store]) == 0
         before = {file.name: file.read_bytes() for file in (tmp_path / form).iterdir()}
         assert main([*words, other]) == 2
         assert {file.name: file.read_bytes() for file in (tmp_path / form).iterdir()} == before
@@ -222,16 +222,16 @@ def nodes_of(file: Path) -> tuple[dict[str, Any], dict[str, Floats]]:
     return tree, found
 
 
-def test_glb_has_world_rig_and_cameras(inspected: Inspection, tmp_path: Path) -> None:
-    out, answer = tmp_path / "run.glb", inspected.answer
-    assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
+def test_glb_has_world_rig_and_cameras(inspection: Inspection, tmp_path: Path) -> None:
+    out, answer = tmp_path / "run.glb", inspection.answer
+    assert main(["export", "--run", "last", "-o", str(out), "--store", inspection.store]) == 0
     tree, nodes = nodes_of(out)
     by_name = {node["name"]: node for node in tree["nodes"]}
     rig = nodes["rig"]
     np.testing.assert_allclose(rig[:3, 3] * 1000, np.array(answer["world_from_rig"])[:3, 3], atol=1e-6)
     np.testing.assert_allclose(rig[:3, :3], np.array(answer["world_from_rig"])[:3, :3], atol=1e-9)
     assert by_name["rig"]["extras"]["verdict"] == answer["verdict"]
-    assert by_name["rig"]["extras"]["store_id"] == identity_of(inspected.store)[0]
+    assert by_name["rig"]["extras"]["store_id"] == identity_of(inspection.store)[0]
     assert np.linalg.norm(nodes["prior"][:3, 3] - rig[:3, 3]) < 0.3
     seen = {part["path"] for part in answer["parts_in_view"] if part["level"] == "part"}
     assert seen
@@ -253,16 +253,16 @@ def test_glb_has_world_rig_and_cameras(inspected: Inspection, tmp_path: Path) ->
         np.testing.assert_allclose(pixels, wanted.reshape(-1, 2), atol=1e-3)
 
 
-def test_what_is_no_inspection_is_refused(inspection: Inspection, tmp_path: Path, capsys: Capsys) -> None:
+def test_what_is_no_inspection_is_refused(blocks_seen: Inspection, tmp_path: Path, capsys: Capsys) -> None:
     for words, said in (
         (["--run", "1", "-o", "a.json"], "is not an inspection"),
         (["--run", "first", "-o", "a.json"], "names no run"),
         (["--run", "last", "-o", "a.csv"], "use .glb, .json, .qif, or name a folder"),
-        (["bulkhead", "--run", "last", "-o", "a.json"], "OBJECT or --run RUN"),
+        (["blocks", "--run", "last", "-o", "a.json"], "OBJECT or --run RUN"),
         (["--run", "last"], "OBJECT or --run RUN"),
     ):
         given = [str(tmp_path / word) if word.startswith("a.") else word for word in words]
-        assert main(["export", *given, "--store", inspection.store]) == 2
+        assert main(["export", *given, "--store", blocks_seen.store]) == 2
         assert said in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
@@ -288,20 +288,23 @@ def schema(name: str) -> dict[str, Any]:
     return found
 
 
-@pytest.fixture(scope="module")
-def store(both_variants: str, copy_store: CopyStore) -> str:
-    target = copy_store(both_variants)
-    with Store.open(target) as opened, opened.write() as connection:  # for relmodel check to have something to say
+@pytest.fixture
+def faulty(duckdb_file: Path) -> str:
+    """A store that `relmodel check` has something to say of."""
+    with Store.open(duckdb_file) as opened, opened.write() as connection:
         opened.append(connection, "feature_class", {"id": [10**6], "content_key": ["k"], "kind": ["pocket"]})
-    return target
+    return str(duckdb_file)
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_what_is_printed_is_as_its_schema_says(name: str, store: str, inspection: Inspection, capsys: Capsys) -> None:
+def test_what_is_printed_is_as_its_schema_says(
+    name: str, both_variants: str, faulty: str, inspection: Inspection, capsys: Capsys
+) -> None:
     call = [str(inspection.answer["run"]) if word == "RUN" else word for word in CALLS[name]]
     capsys.readouterr()
     form = ["--json"] if name == "compare" else ["--format", "json"]
-    assert main([*call, *form, "--store", store]) == (1 if name == "check" else 0)
+    store, status = (faulty, 1) if name == "check" else (both_variants, 0)
+    assert main([*call, *form, "--store", store]) == status
     said = json.loads(capsys.readouterr().out)
     assert said
     assert violations(said, schema(name)) == []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import shutil
 import subprocess
 import sys
 from contextlib import ExitStack
@@ -17,9 +16,8 @@ import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
 from relmodel.store import Run, Store
-from tests.app.cli.conftest import DEMO
 from tests.conftest import make_reader
-from tests.given import Capsys
+from tests.given import Capsys, CopyStore
 
 
 def printed(capsys: Capsys, *arguments: str) -> list[dict[str, Any]]:
@@ -35,18 +33,6 @@ def asked_store(fresh_store: str) -> str:
     return make_reader(fresh_store)
 
 
-def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: Capsys) -> None:
-    columns = printed(capsys, "schema", "--columns", "--store", fresh_store)
-    assert all(column["comment"] for column in columns)
-    with Store.open(fresh_store) as store:
-        metadata = sa.MetaData()
-        metadata.reflect(store.engine, views=True)
-    reflected = {(t.name, c.name) for t in metadata.tables.values() for c in t.columns if t.name != "alembic_version"}
-    with Store.open(fresh_store) as store, store.read() as connection:
-        arguments = {(row.function_name, row.argument) for row in store.rows(connection, "store/arguments")}
-    assert {(c["relation"], c["column"]) for c in columns} == reflected | arguments
-
-
 FUNCTIONS = {"parts_within_box", "nearest_parts", "features_within_box", "nearest_features"} | {
     f"{level}_in_{of}"
     for level in ("parts", "features", "surfaces", "arcs")
@@ -60,17 +46,22 @@ ARGUMENTS = {
 }
 
 
-def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsys: Capsys) -> None:
+def test_schema_has_every_column_and_argument_with_a_comment(fresh_store: str, capsys: Capsys) -> None:
     with Store.open(fresh_store) as store, store.read() as connection:
         found = connection.exec_driver_sql(ARGUMENTS[store.dialect]).fetchall()
+        metadata = sa.MetaData()
+        metadata.reflect(connection, views=True)
     taken = {name: (list(arguments), types) for name, arguments, types in found if name in FUNCTIONS}
     assert taken.keys() == FUNCTIONS
     columns = printed(capsys, "schema", "--columns", "--store", fresh_store)
+    assert all(column["comment"] for column in columns)
+    reflected = {(t.name, c.name) for t in metadata.tables.values() for c in t.columns if t.name != "alembic_version"}
+    arguments_of = {(name, argument) for name, (arguments, _) in taken.items() for argument in arguments}
+    assert {(c["relation"], c["column"]) for c in columns} == reflected | arguments_of
     for name, (arguments, types) in taken.items():
         told = [row for row in columns if row["relation"] == name]
         assert [row["column"] for row in told] == arguments
         assert types is None or [str(row["type"]).lower() for row in told] == [str(t) for t in types]
-        assert all(row["comment"] for row in told)
         numbers = [str(row["comment"]) for row in told if row["type"] == "DOUBLE PRECISION"]
         assert numbers or "asked" in arguments  # a table's name
         assert all("mm" in comment or "rotation" in comment for comment in numbers)
@@ -128,7 +119,8 @@ UNHEEDING = "SELECT sum(levenshtein(repeat('a', 4000000 + i::INT), repeat('b', 4
 def test_sql_ends_at_its_limit(duckdb_file: Path) -> None:
     """Though nobody reads what it prints, which is more than a pipe holds, or the database does not heed it."""
     before = duckdb_file.read_bytes()
-    command = [sys.executable, "-m", "relmodel", "sql", "--timeout", "1", "--store", str(duckdb_file)]
+    command = [sys.executable, "-m", "relmodel", "sql", "--timeout", "0.2", "--store", str(duckdb_file)]
+    stopped = "relmodel sql: the statement was stopped after 0.2 s: ask for less, or give it more time\n"
     with ExitStack() as stack:
         processes = []
         for statement in ("SELECT repeat('x', 50) FROM range(20000)", UNHEEDING):
@@ -138,9 +130,7 @@ def test_sql_ends_at_its_limit(duckdb_file: Path) -> None:
         for process in processes:
             assert process.wait(60) == 3
             assert process.stderr is not None
-            assert process.stderr.read() == (
-                "relmodel sql: the statement was stopped after 1 s: ask for less, or give it more time\n"
-            )
+            assert process.stderr.read() == stopped
     assert duckdb_file.read_bytes() == before
 
 
@@ -185,8 +175,11 @@ def test_runs_lists_states_and_filters(duckdb_file: Path, capsys: Capsys) -> Non
     assert [r["kind"] for r in printed(capsys, "runs", "--store", str(duckdb_file), "--kind", "world")] == ["world"]
 
 
-def test_a_world_says_whether_it_is_new(bulkhead_template: Path, tmp_path: Path, capsys: Capsys) -> None:
-    store = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
+def test_a_world_says_whether_it_is_new(
+    blocks_template: Path, copy_store: CopyStore, tmp_path: Path, capsys: Capsys
+) -> None:
+    store, world = copy_store(str(blocks_template)), tmp_path / "world.yaml"
+    world.write_text("world: table\nobjects: [{object: blocks, name: other}]\n")
     for said in ("added", "unchanged"):
-        assert main(["world", str(DEMO / "world.yaml"), "--store", store]) == 0
-        assert f"demo_cell, revision 2: {said}" in capsys.readouterr().err
+        assert main(["world", str(world), "--store", store]) == 0
+        assert f"table, revision 2: {said}" in capsys.readouterr().err
