@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import fcntl
 import json
 import os
@@ -77,21 +76,14 @@ class Browser:
         return float(self.run(COVERED))
 
     def press(self, key: str) -> None:
-        """Press a key on what has the focus."""
-        codes = {"Enter": 13, " ": 32, "Tab": 9, "Escape": 27, "ArrowDown": 40, "ArrowRight": 39}
-        text = {"Enter": "\r"}.get(key, key if len(key) == 1 else "")
-        code = codes.get(key, ord(key[0]))
-        self.call("Input.dispatchKeyEvent", type="keyDown", key=key, text=text, windowsVirtualKeyCode=code)
-        self.call("Input.dispatchKeyEvent", type="keyUp", key=key, windowsVirtualKeyCode=code)
+        """Press the key of a character on what has the focus."""
+        for way, typed in (("keyDown", key), ("keyUp", "")):
+            self.call("Input.dispatchKeyEvent", type=way, key=key, text=typed, windowsVirtualKeyCode=ord(key))
 
     def wide(self, pixels: int, media: str = "screen") -> None:
         """Show pages in a window so wide, or as on paper so wide (media `print`)."""
         self.call("Emulation.setEmulatedMedia", media=media)
         self.call("Emulation.setDeviceMetricsOverride", width=pixels, height=500, deviceScaleFactor=1, mobile=False)
-
-    def picture(self) -> bytes:
-        """What the window shows, as PNG."""
-        return base64.b64decode(self.call("Page.captureScreenshot")["data"])
 
     def call(self, method: str, **parameters: Any) -> Any:
         self._count += 1

@@ -62,16 +62,8 @@ def test_names_are_brought_in_when_asked_for() -> None:
 
 
 def test_a_table_has_its_columns_for_numpy_arrow_and_pandas() -> None:
-    table = Table(
-        pa.table(
-            {
-                "n": pa.array([1, 2, 3]),
-                "x": pa.array([0.5, None, 2.0]),
-                "word": pa.array(["<a>", None, "c"]),
-                "list": pa.array([[1.0, 2.0], None, []]),
-            }
-        )
-    )
+    numbers = {"n": [1, 2, 3], "x": [0.5, None, 2.0]}
+    table = Table(pa.table({**numbers, "word": ["<a>", None, "c"], "list": [[1.0, 2.0], None, []]}))
     assert (len(table), table.names) == (3, ["n", "x", "word", "list"])
     columns = table.numpy()
     assert columns["n"].dtype.kind == "i"
@@ -105,9 +97,8 @@ def test_a_table_has_its_columns_for_numpy_arrow_and_pandas() -> None:
 def test_a_store_is_asked_while_it_is_open_for_writing(dialect: str, request: pytest.FixtureRequest) -> None:
     target = request.getfixturevalue("new_store")(dialect)
     with relmodel.open(target, read_only=False) as store:
-        assert store.query("SELECT 1 AS one, CAST(NULL AS INTEGER) AS nothing").arrow.to_pylist() == [
-            {"one": 1, "nothing": None}
-        ]
+        said = store.query("SELECT 1 AS one, CAST(NULL AS INTEGER) AS nothing").arrow.to_pylist()
+        assert said == [{"one": 1, "nothing": None}]
         with pytest.raises(InputError, match="refused"):
             store.query("DELETE FROM run")
         with store.write() as connection:  # and is written to afterwards

@@ -42,27 +42,23 @@ def test_box(world: str, capsys: Capsys) -> None:
     assert len(arcs) == 1
 
 
-@pytest.mark.parametrize(
-    ("volume", "away"),
-    [
-        ("--box 12 100 4 13 101 6", 2.0),
-        ("--box 12 101 5 12 101 5", 2.0),
-        ("--sphere 15 101 5 1", 4.0),
-        ("--obb 9.5 101 25 3 1 1 0 90 0", 17.0),  # it stands on its end
-        ("--polyhedron corner.yaml", 5 / 2**0.5),
-    ],
-)
 def test_where_nothing_is_the_nearest_part_is_named(
-    world: str, volume: str, away: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+    world: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     """By closed forms: the plate reaches over x 9 to 10, y 100 to 102 at z 5."""
     monkeypatch.chdir(tmp_path)
     corner = [[-1, 0, -1, -20], [1, 0, 0, 20], [0, 0, 1, 20], [0, 1, 0, 102], [0, -1, 0, -100]]
     Path("corner.yaml").write_text(yaml.safe_dump({"half_spaces": corner}))  # x + z >= 20
-    assert main(["find", *volume.split(), "--store", world]) == 0
-    said = capsys.readouterr()
-    assert len(said.out.splitlines()) == 2
-    assert said.err == f"nothing is there: the nearest part is a/b/c, {away:.1f} mm away\n"
+    for volume, away in (
+        ("--box 12 101 5 12 101 5", 2.0),
+        ("--sphere 15 101 5 1", 4.0),
+        ("--obb 9.5 101 25 3 1 1 0 90 0", 17.0),  # it stands on its end
+        ("--polyhedron corner.yaml", 5 / 2**0.5),
+    ):
+        assert main(["find", *volume.split(), "--store", world]) == 0
+        said = capsys.readouterr()
+        assert len(said.out.splitlines()) == 2
+        assert said.err == f"nothing is there: the nearest part is a/b/c, {away:.1f} mm away\n"
 
 
 def test_a_part_without_such_an_element_there_is_named(world: str, capsys: Capsys) -> None:
@@ -73,9 +69,10 @@ def test_a_part_without_such_an_element_there_is_named(world: str, capsys: Capsy
     assert capsys.readouterr().err == "no part lies there wholly, but the part a/b/c reaches into it\n"
 
 
-@pytest.mark.parametrize(
-    ("words", "status", "said"),
-    [
+def test_wrong_use(blocks_template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("bad.yaml").write_text("half_spaces: 3\n")
+    for words, status, said in (
         ("--camera rig.yaml", 2, "--at"),
         ("--camera none.yaml --at pose.yaml", 3, "none.yaml"),
         ("--box 1 0 0 0 1 1", 3, "inverted in x"),
@@ -86,20 +83,7 @@ def test_a_part_without_such_an_element_there_is_named(world: str, capsys: Capsy
         ("--near-to 0 0 0 --wholly", 2, "--wholly"),  # and others that would change nothing
         ("--box 0 0 0 1 1 1 --count 3", 2, "--count"),
         ("--box 0 0 0 1 1 1 --radius 3", 2, "--radius"),
-    ],
-)
-def test_wrong_use(
-    words: str,
-    status: int,
-    said: str,
-    bulkhead_template: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: Capsys,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("bad.yaml").write_text("half_spaces: 3\n")
-    assert main(["find", *words.split(), "--store", str(bulkhead_template)]) == status
-    answer = capsys.readouterr().err
-    assert said in answer
-    assert answer.count("\n") == 1
+    ):
+        assert main(["find", *words.split(), "--store", str(blocks_template)]) == status, words
+        answer = capsys.readouterr().err
+        assert (said in answer, answer.count("\n")) == (True, 1), answer

@@ -98,11 +98,8 @@ def test_sql_prints_rows_in_each_form(asked_store: str, capsys: Capsys, tmp_path
     file = tmp_path / "query.sql"
     file.write_text(query)
     assert main(["sql", "--store", asked_store, "--file", str(file), "--format", "csv"]) == 0
-    assert list(csv.reader(io.StringIO(capsys.readouterr().out))) == [
-        ["relation", "nothing"],
-        ["arc", ""],
-        ["loop", ""],
-    ]
+    said = list(csv.reader(io.StringIO(capsys.readouterr().out)))
+    assert said == [["relation", "nothing"], ["arc", ""], ["loop", ""]]
     assert main(["sql", "--store", asked_store, query]) == 0
     assert capsys.readouterr().out.split()[0] == "relation"
 
@@ -166,10 +163,8 @@ def test_runs_lists_states_and_filters(duckdb_file: Path, capsys: Capsys) -> Non
         with pytest.raises(ValueError, match="wrong"), Run.begin(store, "world", {}):
             raise ValueError("wrong")
     rows = printed(capsys, "runs", "--store", str(duckdb_file))
-    assert [(r["kind"], r["state"], r["message"]) for r in rows] == [
-        ("world", "failed", "wrong"),
-        ("load", "finished", None),
-    ]
+    states = [(r["kind"], r["state"], r["message"]) for r in rows]
+    assert states == [("world", "failed", "wrong"), ("load", "finished", None)]
     assert all(isinstance(r["seconds"], float) for r in rows)
     assert [r["kind"] for r in printed(capsys, "runs", "--store", str(duckdb_file), "--state", "finished")] == ["load"]
     assert [r["kind"] for r in printed(capsys, "runs", "--store", str(duckdb_file), "--kind", "world")] == ["world"]

@@ -110,8 +110,6 @@ def test_a_run_is_named_alike_everywhere(blocks_seen: Inspection, tmp_path: Path
 
     assert len({said("why", *name) for name in ([], ["last"], ["--run", run])}) == 1
     assert said("replay", "1", status=2) == said("replay", "--run", "1", status=2)  # a load
-    for call in (["prune", "runs", "--run"], ["compare", run], ["export", "-o", str(tmp_path / "a.json"), "--run"]):
-        assert said(*call, "last") == said(*call, run)
     for call in (["why"], ["replay", "--run"], ["report", *page], ["prune", "runs", "--run"], ["compare", run]):
         assert said(*call, "first", status=2)[1].endswith(": first names no run: give its number, or last\n")
 

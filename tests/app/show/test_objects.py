@@ -29,9 +29,8 @@ def scene() -> trimesh.Scene:
     turned[:3, 3] = [0.5, 0, 0]
     scene.add_geometry(box, node_name="left", geom_name="box")
     scene.graph.update(frame_to="right", frame_from="world", matrix=turned, geometry="box")
-    scene.add_geometry(
-        post, node_name="post", geom_name="post", transform=trimesh.transformations.translation_matrix([0.2, 0, 0.1])
-    )
+    aside = trimesh.transformations.translation_matrix([0.2, 0, 0.1])
+    scene.add_geometry(post, node_name="post", geom_name="post", transform=aside)
     return scene
 
 
@@ -80,31 +79,25 @@ def test_glb_keeps_sharing_and_place(target: str, tmp_path: Path, scene: trimesh
 def test_what_has_no_geometry_is_not_exported(duckdb_file: Path, tmp_path: Path, capsys: Capsys) -> None:
     (tmp_path / "bare.urdf").write_text('<robot name="bare"><link name="a"/></robot>')
     with Store.open(duckdb_file) as store:
-        load(store, tmp_path / "bare.urdf")
+        load(store, tmp_path / "bare.urdf", name="bare")
     assert main(["export", "bare", "-o", str(tmp_path / "out.glb"), "--store", str(duckdb_file)]) == 2
     assert "bare has no geometry to write" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("target", ["duckdb"], indirect=True)
-@pytest.mark.parametrize(
-    ("words", "said", "status"),
-    [
-        (["export", "-o", "none/out.glb"], "there is no folder", 3),
-        (["export", "-o", "taken"], "cannot be made", 3),
-        (["export", "-o", "taken/out.glb"], "there is no folder", 3),
-        (["export", "-o", "out.obj"], "has the suffix of another model format", 2),
-        (["show", "--picture", "none/out.png"], "there is no folder", 3),
-        (["show", "--picture", "out.txt"], "end its name with one of", 2),
-        (["show", "--picture", "."], "has no picture suffix", 2),
-    ],
-)
-def test_a_place_that_takes_no_file_is_told(
-    words: list[str], said: str, status: int, target: str, tmp_path: Path, capsys: Capsys
-) -> None:
+def test_a_place_that_takes_no_file_is_told(target: str, tmp_path: Path, capsys: Capsys) -> None:
     (tmp_path / "taken").write_text("")
-    verb, option, name = words
-    assert main([verb, "thing", "--variant", "X", option, str(tmp_path / name), "--store", target]) == status
-    assert said in capsys.readouterr().err
+    for verb, option, name, said, status in (
+        ("export", "-o", "none/out.glb", "there is no folder", 3),
+        ("export", "-o", "taken", "cannot be made", 3),
+        ("export", "-o", "taken/out.glb", "there is no folder", 3),
+        ("export", "-o", "out.obj", "has the suffix of another model format", 2),
+        ("show", "--picture", "none/out.png", "there is no folder", 3),
+        ("show", "--picture", "out.txt", "end its name with one of", 2),
+        ("show", "--picture", ".", "has no picture suffix", 2),
+    ):
+        assert main([verb, "thing", "--variant", "X", option, str(tmp_path / name), "--store", target]) == status
+        assert said in capsys.readouterr().err
     assert [p.name for p in tmp_path.iterdir()] == ["taken"]
 
 
