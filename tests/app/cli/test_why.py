@@ -28,19 +28,16 @@ def test_each_arc_has_one_decision_and_a_sentence(of_engine: Inspection) -> None
     run = of_engine.answer["run"]
     with Store.open(of_engine.store, read_only=True) as store:
         decided = asked(store, "SELECT * FROM why_image_arc WHERE run_id = :run", run=run)
-        arcs = asked(
-            store,
-            "SELECT i.camera, a.image_arc_no FROM inspection_image AS i "
-            "JOIN image_arc AS a ON a.extraction_id = i.extraction_id WHERE i.run_id = :run",
-            run=run,
-        )
+        listed = "SELECT camera, image_arc_no FROM inspection_image JOIN image_arc USING (extraction_id)"
+        arcs = asked(store, f"{listed} WHERE run_id = :run", run=run)
         assert sorted((r.camera, r.image_arc_no) for r in decided) == sorted(map(tuple, arcs))
         taken = asked(store, "SELECT camera, image_arc_no FROM matched_arc WHERE run_id = :run", run=run)
         assert {(r.camera, r.image_arc_no) for r in decided if r.matched} == {tuple(r) for r in taken}
         assert all(r.sentence and r.rule for r in decided)
-        model = asked(store, "SELECT * FROM why_view_arc WHERE run_id = :run", run=run)
-        counts = asked(store, "SELECT count(*) FROM view_arc WHERE run_id = :run", run=run)
-        assert len(model) == counts[0][0]
+        of_model = "SELECT count(*) FROM {} WHERE run_id = :run"
+        assert asked(store, of_model.format("why_view_arc"), run=run) == asked(
+            store, of_model.format("view_arc"), run=run
+        )
         account = asked(
             store,
             "SELECT sum(a.supported_px), p.supported_px FROM view_arc AS a JOIN presence AS p ON p.run_id = a.run_id"
