@@ -1,6 +1,7 @@
 """The journey of the examples: what it ends with is true of the part that was made."""
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -17,13 +18,14 @@ SCRIPT = Path(journey.__file__).with_suffix(".sh")
 
 
 def test_from_a_step_file_to_a_signed_report(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys, reads_here: None
+    duckdb_template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys, reads_here: None
 ) -> None:
-    """Command by command of the script, in this process: ten others would take long to begin."""
+    """Command by command of the script, in this process: ten others would take long to begin.  Its store is there."""
     for command, *words in commands(SCRIPT.read_text().replace("$1", str(tmp_path / "mine"))):
         written = Path(words[-1]) if ">" in words else None
         if command == "cd":
             monkeypatch.chdir(words[0])
+            shutil.copy(duckdb_template, "cell.duckdb")
         elif command == "export":
             monkeypatch.setenv(*words[0].split("=", 1))
         elif command == "python":
