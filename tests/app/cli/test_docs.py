@@ -22,6 +22,7 @@ from PIL import Image
 
 import relmodel
 from relmodel.app.cli.main import main, parser
+from relmodel.drawing.solid import write_picture
 from relmodel.find.find import in_volumes
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair, asked
@@ -157,7 +158,7 @@ _READING = ("why", "replay", "check", "rig", "sql", "report", "export", "runs", 
 
 def was_run(words: list[str]) -> bool:
     """Whether a page before said the same, or a test elsewhere says it."""
-    if words[1] in ("plan", "replay", "inspect") or words[1:3] == ["report", "-o"]:
+    if words[1] in ("plan", "replay", "inspect") or words[1:3] in (["report", "-o"], ["export", "--run"]):
         return True  # by the tests of these verbs
     if words[1:3] in (["report", "--serial"], ["check", "--report"]):
         return True  # by tests/examples/test_journey.py
@@ -238,11 +239,18 @@ def test_every_block_is_run() -> None:
 @pytest.mark.usefixtures("demonstrated")
 @pytest.mark.parametrize("page", RUN_HERE, ids=lambda page: str(page.stem))
 def test_commands_run(
-    page: Path, served: Callable[[str], str], left_alone: Inspection, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+    page: Path,
+    served: Callable[[str], str],
+    left_alone: Inspection,
+    duckdb_template: Path,
+    capsys: Capsys,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """What is loaded is a small object, whatever its file: others load the bulkhead."""
+    """What is loaded is a small object, whatever its file, and drawn small: others load the bulkhead."""
     small = read_here(CHECKOUT / "examples/cell/head.urdf")
     monkeypatch.setattr("relmodel.readers.child.read_in_child", lambda *_: small)
+    monkeypatch.setattr(write_picture, "__defaults__", ("iso", 200))
+    shutil.copy(duckdb_template, "tutorial.duckdb")  # on other pages `relmodel init` makes one
     text = page.read_text()
     run_shell_blocks(served(text), left_alone, capsys, monkeypatch)
     for command, answer in _ANSWERED.findall(text):
