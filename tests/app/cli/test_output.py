@@ -136,10 +136,12 @@ def test_no_text_in_csv_is_a_formula(capsys: Capsys) -> None:
 
 
 def test_exported_tables_hold_no_formula(tmp_path: Path) -> None:
-    table = pa.table({"store_id": ["s"], "path": ["=HYPERLINK(1)"], "m03": [-1.5]})
+    rows = [{"store_id": "s", "path": text, "m03": -1.5} for text in (*FORMULAS, "a=b")]
+    table = pa.Table.from_pylist(rows)
     (parquet,), (file,) = (write_tables({"t": table}, tmp_path / form, form) for form in ("parquet", "csv"))
-    assert pyarrow.parquet.read_table(parquet).to_pylist() == table.to_pylist()
-    assert cells(file.read_text()) == [["store_id", "path", "m03"], ["s", "'=HYPERLINK(1)", "-1.5"]]
+    assert pyarrow.parquet.read_table(parquet).to_pylist() == rows
+    _, *written = cells(file.read_bytes().decode())
+    assert written == [["s", text, "-1.5"] for text in (*(f"'{formula}" for formula in FORMULAS), "a=b")]
 
 
 def test_what_nobody_foresaw_is_a_sentence_and_4(
