@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from uuid import UUID
 
 import numpy as np
@@ -25,7 +25,11 @@ from relmodel.store import Store, sql
 from relmodel.world import place_world
 from tests.find.test_find import Oracle, fill, random_boxes, random_solids, random_views
 from tests.find.volume_cases import CASES
+from tests.given import CopyStore
 from tests.synthetic_model import SyntheticModel, write_world
+
+if TYPE_CHECKING:
+    from tests.find.conftest import Filled
 
 QUERY = sql.query("parquet/find_in_volumes").text
 PLACED = sql.query("parquet/placed_parts").text
@@ -111,15 +115,23 @@ def _row(row: Any) -> tuple[Any, ...]:
     return (volume_no, *rest)
 
 
-def test_worlds_side_by_side_and_bad_calls(duckdb_file: Path, tmp_path: Path) -> None:
-    with Store.open(duckdb_file) as store:
-        with store.read() as connection, pytest.raises(UsageError, match="no part is placed"):
-            export_parts(store, connection, tmp_path / "none")
-        fill(store, tmp_path)
+def test_nothing_to_export(duckdb_file: Path, tmp_path: Path) -> None:
+    with (
+        Store.open(duckdb_file) as store,
+        store.read() as connection,
+        pytest.raises(UsageError, match="no part is placed"),
+    ):
+        export_parts(store, connection, tmp_path / "none")
+
+
+@pytest.mark.parametrize("filled", ["duckdb"], indirect=True)
+def test_worlds_side_by_side_and_bad_calls(filled: Filled, copy_store: CopyStore, tmp_path: Path) -> None:
+    target = copy_store(filled.target)
+    with Store.open(target) as store:
         for role in ("tool", "fixture"):
             place_world(store, write_world(tmp_path / "o.yaml", "other", [{"object": "thing", "role": role}]))
         placed = occurrences(store)
-    command = ["export", "--store", str(duckdb_file), "--parquet"]
+    command = ["export", "--store", target, "--parquet"]
     assert main([*command, str(tmp_path / "both")]) == 0
     assert main([*command, str(tmp_path / "one"), "--world", "other"]) == 0
     newest = {"cell": 1, "other": 2}
@@ -140,7 +152,7 @@ def test_worlds_side_by_side_and_bad_calls(duckdb_file: Path, tmp_path: Path) ->
     assert main([*command, str(tmp_path / "third"), "--world", "third"]) == 2
     assert not (tmp_path / "third").exists()
     for wrong in ("thing", "-o x.glb", "thing -o x --parquet y", "thing -o x --world w"):
-        assert main(["export", *wrong.split(), "--store", str(duckdb_file)]) == 2
+        assert main(["export", *wrong.split(), "--store", target]) == 2
 
 
 def test_stores_side_by_side(duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -185,8 +197,6 @@ def test_stores_side_by_side(duckdb_template: Path, tmp_path: Path, capsys: pyte
         with again.read() as connection:
             export_parts(again, connection, tmp_path / "parts", pages_per_range=1)
     assert answered() == rows
-    assert main([*command, stores[1]]) == 0
-    assert answered() == rows
     assert not [file for file in (tmp_path / "parts").iterdir() if file.name not in TABLES]
 
     # Named anew it is another store; named the same again it stays what it is.
@@ -208,8 +218,9 @@ def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     # Compile less, start sooner: the data are small.
     java = "-XX:TieredStopAtLevel=1 -XX:CompileThresholdScaling=5 -XX:+UseSerialGC -Xms512m -Xmn256m"
     java += " -XX:+UnlockDiagnosticVMOptions -XX:-BytecodeVerificationRemote"
-    config = {"ui.enabled": "false", "sql.shuffle.partitions": "2", "driver.extraJavaOptions": java}
+    config = {"ui.enabled": "false", "sql.shuffle.partitions": "1", "driver.extraJavaOptions": java}
     config |= {"sql.codegen.wholeStage": "false", "sql.codegen.factoryMode": "NO_CODEGEN"}
+    config |= {"sql.adaptive.enabled": "false"}  # a job for each step of the plan
     builder = SparkSession.builder.master("local[1]")
     session = builder.config(map={f"spark.{name}": value for name, value in config.items()}).getOrCreate()
     session.sparkContext.setLogLevel("ERROR")
@@ -219,11 +230,7 @@ def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 def scans(node: Any) -> Iterator[tuple[str, int]]:
     """Folder and number of files that each scan of an executed plan has read."""
-    if node.nodeName() == "AdaptiveSparkPlan":
-        yield from scans(node.executedPlan())
-    elif "QueryStage" in node.nodeName():
-        yield from scans(node.plan())
-    elif node.nodeName().startswith("Scan parquet"):
+    if node.nodeName().startswith("Scan parquet"):
         folder = node.relation().location().rootPaths().head().getName()
         yield folder, int(node.metrics().apply("numFiles").value())
     else:
@@ -241,7 +248,7 @@ def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_pa
         pages = parquet.read_table(tmp_path / "parts/object_page").to_pylist()
         volumes = [*questions(Oracle(model, {"thing": np.eye(4)})), *(volume for _, volume, _ in CASES)]
         least = min(pages, key=lambda page: sum(meet(page, volume) for volume in volumes))
-        volumes = [volume for volume in volumes if not meet(least, volume)][::2]
+        volumes = [volume for volume in volumes if not meet(least, volume)][::3]
         assert {type(volume) for volume in volumes} == {Box, Frustum, OrientedBox, Polyhedron, Sphere}
         write_questions(volumes, tmp_path)
         rows = expected(store, volumes)
@@ -258,7 +265,7 @@ def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_pa
     exec(block, said)
     answered = [_row(row) for row in said["rows"]]
     assert [tuple(row[name] for name in PLACED_COLUMNS) for row in said["placed"]] == parts
-    assert len(rows) > 500
+    assert len(rows) > 200
     assert answered == rows == duckdb_rows(tmp_path)
     # Only the files of pages whose boxes meet a volume's are read.
     assert len(list((tmp_path / "parts/object_node").rglob("*.parquet"))) == len(pages) == 6

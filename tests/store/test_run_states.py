@@ -21,7 +21,6 @@ from relmodel import resources
 from relmodel.errors import InputError, StoreError, TransientError
 from relmodel.store import Run, Store, database, sql
 from tests.store.amiss import amiss
-from tests.store.children import CHILDREN, begin_and_wait
 
 CHECKOUT = Path(__file__).parents[2]
 
@@ -110,27 +109,6 @@ def test_a_run_that_fails_says_at_which_step(duckdb_file: Path) -> None:
         assert (unfinished.name, ended.state, ended.message) == ("unfinished", "failed", "no such thing")
         assert features(store) == 0
         assert not amiss(store)
-
-
-def test_a_reader_sees_that_a_run_was_killed(fresh_store: str) -> None:
-    here, there = CHILDREN.Pipe()
-    child = CHILDREN.Process(target=begin_and_wait, args=(fresh_store, there, False))
-    child.start()
-    assert here.poll(600)
-    run = here.recv()
-    if "://" in fresh_store:  # a DuckDB file that is written to is open to nobody else
-        with Store.open(fresh_store, read_only=True) as store:
-            assert state(store, run) == "running"
-    assert child.pid
-    os.kill(child.pid, signal.SIGKILL)
-    child.join()
-    with Store.open(fresh_store, read_only=True) as store:
-        for _ in range(200):  # the server takes a moment to see that a client has gone
-            if state(store, run) == "killed":
-                break
-            spend()
-        assert state(store, run) == "killed"
-        assert [e.kind for e in events(store, run)] == ["begun"], "who only reads writes nothing"
 
 
 def test_a_run_records_code_and_schema(duckdb_file: Path) -> None:
