@@ -12,7 +12,6 @@ import trimesh
 from scipy.optimize import nnls
 
 from relmodel.app.cli.main import main
-from relmodel.arrays import Floats
 from relmodel.errors import UsageError
 from relmodel.find.exact_kernels import distances
 from relmodel.find.find import in_volumes, nearest_parts
@@ -21,33 +20,6 @@ from relmodel.geometry.transforms import hull_triangles
 from relmodel.store import Store
 from tests.find.volume_cases import CORNER, FAR, HALF
 from tests.poses import pose_of
-
-
-def poses_of(rng: np.random.Generator, count: int) -> Floats:
-    turns, shifts = rng.uniform(-2, 2, (count, 3)), rng.uniform(-30, 30, (count, 3))
-    return np.array([pose_of(shift, turn) for shift, turn in zip(shifts, turns, strict=True)])
-
-
-def test_distances_of_placed_boxes() -> None:
-    """Points along a way against the closed form of a box: never less, and as near as they are dense."""
-    rng = np.random.default_rng(3)
-    within = 0
-    for pose in poses_of(rng, 60):
-        half = rng.uniform(1, 12, 3)
-        triangles = np.array(trimesh.creation.box(2 * half).triangles)
-        first, solid = np.array([0, len(triangles)]), np.array([True])
-        path = rng.uniform(-25, 25, (int(rng.integers(1, 4)), 3)) + pose[:3, 3]
-        pieces = zip(path, path[1:] if len(path) > 1 else path, strict=False)
-        way = np.concatenate([hull_triangles(np.stack(ends)) for ends in pieces])
-        (got,) = distances(way, True, pose[None], np.zeros(1, np.int64), triangles, first, solid)
-        along = np.linspace(0, len(path) - 1, 2000 * (len(path) - 1) + 1)
-        points = np.stack([np.interp(along, np.arange(len(path)), path[:, i]) for i in range(3)], axis=1)
-        local = (points - pose[:3, 3]) @ pose[:3, :3]
-        least = float(np.linalg.norm(np.maximum(np.abs(local) - half, 0), axis=1).min())
-        apart = float(np.linalg.norm(np.diff(points, axis=0), axis=1).max(initial=0.0))
-        assert least - apart / 2 - 1e-6 <= got <= least + 1e-6
-        within += got == 0
-    assert 5 < within < 55
 
 
 def test_distances_of_bodies() -> None:

@@ -194,30 +194,3 @@ def test_holes_differ_as_the_design_says(changed: Rows, middles: dict[tuple[str,
             assert old is not None
             assert new is not None
             assert old[2:] != new[2:] or np.hypot(old[0] - new[0], old[1] - new[1]) > 100
-
-
-def test_pockets_differ_as_the_design_says(changed: Rows, middles: dict[tuple[str, int], Floats]) -> None:
-    tables = [{f["name"]: f for f in golden(f"bulkhead_{v}")["features"] if f["kind"] == "pocket"} for v in PAIR]
-    rows = [r for r in changed if r["level"] == "feature" and r["kind"] == "pocket"]
-    placed_rows = [(r, ends(r, middles)) for r in rows]
-    assert len(rows) == len(tables[0].keys() | tables[1].keys())
-    for name in tables[0].keys() | tables[1].keys():
-        known = [t.get(name) for t in tables]
-        (row,) = (
-            r
-            for r, points in placed_rows
-            if all((k is None) == (p is None) for k, p in zip(known, points, strict=True))
-            and all(
-                np.abs(p - np.reshape(k["box"], (2, 3)).mean(0)).max() < 1
-                for k, p in zip(known, points, strict=True)
-                if k
-            )
-        )
-        before, after = known
-        if before is None or after is None:
-            assert row["status"] == ("removed" if after is None else "added")
-        elif {**before, "web_thickness": 0} == {**after, "web_thickness": 0}:  # what lies behind the floor is not its
-            assert row["status"] in ("identical", "retrimmed"), name
-        else:
-            assert row["status"] == "changed", name
-            assert row["differs"]
