@@ -66,20 +66,19 @@ def test_objects_come_go_and_move(duckdb_file: Path, tmp_path: Path) -> None:
             report = place_things(store, tmp_path, places)
             assert (report.status, report.revision) == ("added", revision)
             oracle = Oracle(model, places)
-            boxes = random_boxes(oracle, 3, revision)
+            boxes = random_boxes(oracle, 6, revision)
             oracles.append(oracle)
             ids, rows_written = written(store)
             assert rows_written == comes[:revision]
             assert known == {path: ids.get(path, known[path]) for path in known}
             known |= ids
             index = WorldIndex.load(store)
-            for level in ("part", "feature"):
-                truth = [oracle.in_box(box, level) for box in boxes]
-                rows = in_volumes(store, boxes, level=level)
-                assert answers(rows, len(boxes)) == truth
-                in_process = index.in_volumes(boxes, level)
-                for column, found in zip(("volume_no", "occurrence_id", "element_no"), in_process, strict=True):
-                    assert np.array_equal(rows[column], found)
+            level = "part" if revision % 2 else "feature"
+            rows = in_volumes(store, boxes, level=level)
+            assert answers(rows, len(boxes)) == [oracle.in_box(box, level) for box in boxes]
+            in_process = index.in_volumes(boxes, level)
+            for column, found in zip(("volume_no", "occurrence_id", "element_no"), in_process, strict=True):
+                assert np.array_equal(rows[column], found)
             everything = Box(-1e5, -1e5, -1e5, 1e5, 1e5, 1e5)
             first.append(answers(in_volumes(store, [everything]), 1)[0])
         with store.read() as connection:  # every earlier revision is there, as it was

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,7 +22,7 @@ from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere,
 from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.store import Store, sql
 from relmodel.world import place_world
-from tests.find.test_find import Oracle, fill, random_boxes, random_solids, random_views
+from tests.find.test_find import Oracle, random_boxes, random_solids, random_views
 from tests.find.volume_cases import CASES
 from tests.given import CopyStore
 from tests.synthetic_model import SyntheticModel, write_world
@@ -155,22 +154,19 @@ def test_worlds_side_by_side_and_bad_calls(filled: Filled, copy_store: CopyStore
         assert main(["export", *wrong.split(), "--store", target]) == 2
 
 
-def test_stores_side_by_side(duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Two of one name and of one origin, whose first worlds, shapes and parts have the same ids."""
-    stores: list[str] = []
-    rows: dict[str, list[tuple[Any, ...]]] = {}
-    volumes: list[Volume] = []
-    for seed, cell in enumerate(("first", "second")):
-        file = Path(shutil.copy(duckdb_template, tmp_path / f"{cell}.duckdb"))
-        assert main(["init", "--cell", cell, "--store", str(file)]) == 0
-        with Store.open(file) as store:
-            oracle = fill(store, tmp_path, seed)
-            volumes = volumes or questions(oracle)
-            rows[cell] = expected(store, volumes)
-        stores.append(str(file))
+@pytest.mark.parametrize("filled", ["duckdb"], indirect=True)
+def test_stores_side_by_side(
+    filled: Filled, copy_store: CopyStore, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two of one origin, whose worlds, shapes and parts have the same ids."""
+    volumes = questions(filled.oracle)[::2]
+    with Store.open(filled.target) as store:
+        rows = dict.fromkeys(("first", "second"), expected(store, volumes))
     write_questions(volumes, tmp_path)
+    stores = [copy_store(filled.target) for _ in rows]
     command = ["export", "--parquet", str(tmp_path / "parts"), "--store"]
-    for target in stores:
+    for cell, target in zip(rows, stores, strict=True):
+        assert main(["init", "--cell", cell, "--store", target]) == 0
         capsys.readouterr()
         assert main([*command, target]) == 0
     assert "96 placed parts of the cell second" in capsys.readouterr().err
