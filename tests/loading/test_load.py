@@ -61,6 +61,12 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(fresh_store: str,
         assert before["surface"] == before["loop"] == 6
         assert before["arc"] == before["shape_arc"] == 12
         assert before["coedge"] == 24
+        with store.read() as connection:
+            sides = connection.execute(sa.text("SELECT convexity, angle FROM surface_adjacency")).all()
+            levels = connection.execute(sa.text("SELECT level, count(*) FROM shape_box GROUP BY level")).all()
+        assert {row.convexity for row in sides} == {"convex"}
+        assert [row.angle for row in sides] == pytest.approx([np.pi / 2] * len(sides))
+        assert sorted(map(tuple, levels)) == [("arc", 12), ("feature", 1), ("surface", 6)]
 
         again = load(store, low, name="box", variant="A", unit="mm")
         assert (again.status, again.object_variant_id) == ("unchanged", first.object_variant_id)
@@ -81,25 +87,6 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(fresh_store: str,
         assert (third.status, third.revision, third.object_id) == ("added", 2, second.object_id)
         changed = {name for name, count in row_counts(store).items() if count != after[name]}
         assert changed == {"object_variant"}
-
-
-def test_rows_of_a_box_are_what_its_geometry_says(duckdb_file: Path, tmp_path: Path) -> None:
-    path = write_box(tmp_path / "box.stl", 10)
-    with Store.open(duckdb_file) as store, store.read() as connection:
-        load(store, path, name="box", unit="mm")
-
-        def rows(table: str) -> list[dict[str, object]]:
-            return [dict(r._mapping) for r in connection.exec_driver_sql(f"SELECT * FROM {table}")]  # noqa: S608
-
-        (shape,) = rows("shape")
-        assert shape["area"] == pytest.approx(2 * (600 + 300 + 200))
-        assert shape["volume"] == pytest.approx(6000)
-        assert [shape[c] for c in ("x0", "y0", "z0", "x1", "y1", "z1")] == [0, 0, 0, 30, 20, 10]
-        adjacency = rows("surface_adjacency")
-        assert {r["convexity"] for r in adjacency} == {"convex"}
-        assert all(r["angle"] == pytest.approx(np.pi / 2) for r in adjacency)
-        assert {r["level"] for r in rows("shape_box")} == {"feature", "surface", "arc"}
-        assert len(rows("shape_box")) == 19
 
 
 def test_a_failure_leaves_only_the_run(fresh_store: str, tmp_path: Path) -> None:

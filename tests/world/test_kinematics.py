@@ -21,7 +21,7 @@ from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from relmodel.world.kinematics import MountedRig, correct_base, mounted_rig
-from tests.given import Capsys, CopyStore, NewStore
+from tests.given import Capsys, NewStore
 from tests.poses import pose_of
 from tests.reading import load
 
@@ -122,25 +122,6 @@ def test_every_link_is_placed_by_its_joints(fresh_store: str, tmp_path: Path) ->
     moved = rigs["one"].moved({"travel": -200, "tilt": 0.1})
     expected = WORLD_FROM["one"] @ links_by_hand(-200, 0.1, 0.4)["flange"] @ MOUNT
     assert np.abs(moved.world_from_rig - expected).max() < 1e-9
-
-
-def test_a_joint_that_moves_moves_its_robot_only(cranes: str, copy_store: CopyStore, tmp_path: Path) -> None:
-    """Of the second revision one robot is written, the other stands as before."""
-    target = copy_store(cranes)
-    assert main(["world", str(cell(tmp_path, joints={"travel": -200})), "--store", target]) == 0
-    with Store.open(target) as store, store.read() as connection:
-        newest = "SELECT o.* FROM occurrence AS o JOIN current_world AS w ON w.world_id = o.world_id"
-        rows = connection.execute(sa.text(newest)).mappings().all()
-        wrote = """SELECT DISTINCT p.name FROM placed_body AS b
-            JOIN placed_object AS p ON p.object_no = b.object_no WHERE b.first_revision = 2"""
-        assert connection.execute(sa.text(wrote)).scalars().all() == ["one"]
-        assert connection.execute(sa.text("SELECT revision FROM current_world")).scalar() == 2
-        assert not [row for result in check(store) for row in result.rows]
-    at = {r["path"]: np.array([r[c] for c in MATRIX_COLUMNS]).reshape(3, 4) for r in rows}
-    assert len(at) == len(rows) == 16
-    for name, links in {"one": links_by_hand(-200, np.radians(30), 0.4), "two": TRUE["two"]}.items():
-        for link, pose in links.items():
-            assert np.abs(at[f"{name}/{link}"] - (WORLD_FROM[name] @ pose)[:3]).max() < 1e-9
 
 
 def test_wrong_states_and_links_are_refused(duckdb_file: Path, tmp_path: Path) -> None:
