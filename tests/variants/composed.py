@@ -41,11 +41,6 @@ def store_items(store: Store, variant: str, items: Sequence[Item], name: str = "
     parts = tuple(Part(item.number, item.number, shape_of[id(item.body)], item.material) for item in items)
     placed = tuple(Instance(item.name, "part", i, item.pose) for i, item in enumerate(items))
     model = Model("STEP", "mm", 1.0, shapes, parts, (Assembly(name, placed),), 0, 0, "test", "AP242")
-    return keep(store, variant, model, name)
-
-
-def keep(store: Store, variant: str, model: Model, name: str = "thing") -> LoadReport:
-    """Store a model."""
     return store_model(store, model, name, variant)
 
 
