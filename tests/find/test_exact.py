@@ -215,10 +215,10 @@ def test_nothing_that_touches_the_exact_geometry_is_missed(plate: Store) -> None
 
 
 @one_engine
-def test_the_nearest_of_a_hole_is_its_wall(plate: Store) -> None:
-    """Not the box about it, in which the point is."""
-    for level in ("part", "feature"):
-        assert abs(nearest_parts(plate, at(50, 30, 10), level=level)["distance_mm"][0] - 10) < 0.1
+def test_the_nearest_is_a_wall(plate: Store) -> None:
+    """Of a hole not the box about it, in which the point is; of features, which are not solid, also from within."""
+    for place, level in (((50, 30, 10), "part"), ((50, 30, 10), "feature"), ((20, 10, 10), "feature")):
+        assert abs(nearest_parts(plate, at(*place), level=level)["distance_mm"][0] - 10) < 0.1
 
 
 @one_engine
