@@ -71,8 +71,12 @@ def living_run(fresh_store: str, request: pytest.FixtureRequest):  # type: ignor
     child.join()
 
 
-def test_run_whose_process_was_killed_is_found_dead(living_run) -> None:  # type: ignore[no-untyped-def]
+@pytest.mark.parametrize("living_run", ["let_go"], indirect=True)
+def test_run_is_left_alone_until_its_process_is_killed(living_run) -> None:  # type: ignore[no-untyped-def]
     target, child, run_id = living_run
+    for read_only in (True, False):
+        with Store.open(target, read_only=read_only) as store:
+            assert states(store) == ["running"]
     os.kill(child.pid, signal.SIGKILL)
     child.join()
     with Store.open(target, read_only=True) as reader:  # who only reads sees it and writes nothing
@@ -84,6 +88,7 @@ def test_run_whose_process_was_killed_is_found_dead(living_run) -> None:  # type
     with Store.open(target) as store:
         assert states(store) == ["killed"], "found dead once only"
         assert amiss(store) == {}
+    assert not list(Path(target).parent.glob("*.run-*"))
 
 
 def events(store: Store) -> list[tuple[int, int, str]]:
@@ -99,19 +104,6 @@ def _wait_until_killed(store: Store) -> None:
             return
         time.sleep(0.1)
     pytest.fail("the run lives")
-
-
-@pytest.mark.parametrize("living_run", ["let_go"], indirect=True)
-def test_living_run_that_holds_no_file_is_left_alone(living_run) -> None:  # type: ignore[no-untyped-def]
-    target, child, _ = living_run
-    for read_only in (True, False):
-        with Store.open(target, read_only=read_only) as store:
-            assert states(store) == ["running"]
-    os.kill(child.pid, signal.SIGKILL)
-    child.join()
-    with Store.open(target) as store:
-        _wait_until_killed(store)
-    assert not list(Path(target).parent.glob("*.run-*"))
 
 
 def test_living_run_is_left_alone(living_run, monkeypatch: pytest.MonkeyPatch) -> None:  # type: ignore[no-untyped-def]
