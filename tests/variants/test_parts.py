@@ -51,7 +51,7 @@ def test_names_numbers_materials_and_places_are_told_apart(store: Store) -> None
     after += [Item("NEW", body, pose((0, 400, 5e3)))]
     rows = {r["object_path_a"] or r["object_path_b"]: r for r in parts(store, before, after)}
     renamed = {"P0": "OTHER", "BOLT:4": "BOLT:3", "BOLT:5": "BOLT:4", "BOLT:6": "BOLT:5"}
-    said: dict[str, str | None] = {"P1": "number, name", "P2": "material"} | dict.fromkeys(renamed, "path")
+    said = {"P1": "number, name", "P2": "material"} | dict.fromkeys(renamed, "path")
     assert {path: r["status"] for path, r in rows.items() if r["status"] != "identical"} == {
         "BOLT:3": "removed",
         "ONE": "moved",
