@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 
 from relmodel.errors import UsageError
 from relmodel.find.exact_kernels import meet_volumes
-from relmodel.find.find import in_volume, in_volumes
+from relmodel.find.find import in_volume, in_volumes, nearest_parts
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume, VolumeTable
 from relmodel.store import Store
 from relmodel.world import place_world
@@ -212,6 +212,13 @@ def test_nothing_that_touches_the_exact_geometry_is_missed(plate: Store) -> None
         for level in levels:
             found = in_volumes(plate, list(balls), level=level, precision="exact")
             assert set(found["volume_no"].tolist()) == set(range(len(balls))), level
+
+
+@one_engine
+def test_the_nearest_is_a_wall(plate: Store) -> None:
+    """Of a hole not the box about it, in which the point is; of features, which are not solid, also from within."""
+    for place, level in (((50, 30, 10), "part"), ((50, 30, 10), "feature"), ((20, 10, 10), "feature")):
+        assert abs(nearest_parts(plate, at(*place), level=level)["distance_mm"][0] - 10) < 0.1
 
 
 @one_engine

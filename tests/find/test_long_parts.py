@@ -7,20 +7,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import duckdb
 import numpy as np
 import pytest
 
 from relmodel.arrays import Floats, Ints
-from relmodel.find.find import LEVELS
+from relmodel.find.find import LEVELS, in_volumes
 from relmodel.find.indexes import KINDS, WorldIndex
+from relmodel.find.parquet import export_parts
 from relmodel.find.volumes import Box, OrientedBox, Sphere, Volume
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from tests.find.test_find import Answer, Oracle, paths
 from tests.find.test_many_volumes_in_sql import row_of
+from tests.find.test_parquet import duckdb_rows, write_questions
 from tests.poses import pose_of
+from tests.reading import load
 from tests.synthetic_model import SyntheticModel, place_things
 
 STEP = 1e-5  # mm by which volumes reach a box, or do not: more than rounding
@@ -124,6 +128,46 @@ def test_boxes_that_only_just_reach_a_side(filled: Filled, level: str) -> None:
         assert asked(filled.target, "boxes", level, boxes) == expected
         for kind in range(len(KINDS)):
             assert in_process(filled, level, boxes, kind) == expected
+
+
+BAR = np.array([200.0, 10, 3])  # half of its length, width and height
+URDF = """<robot name="bar"><link name="bar"><visual><geometry><box size="0.4 0.02 0.006"/></geometry></visual></link>
+</robot>"""
+QUARTERS = [[], [0], [1], [2], [0, 2], [0, 1]]  # axes about which a bar is turned by 90 degrees: it lies each way
+
+
+def test_a_bar_that_lies_each_way(duckdb_file: Path, tmp_path: Path) -> None:
+    """Alone on its page: boxes that only just reach an end of it, and that only just do not, by every form."""
+    (tmp_path / "bar.urdf").write_text(URDF)
+    turns = [np.eye(3) for _ in QUARTERS]
+    for number, axes in enumerate(QUARTERS):
+        for axis in axes:
+            turns[number] = np.round(rotation_matrix(np.eye(3)[axis] * np.pi / 2)) @ turns[number]
+    boxes, wanted = [], []
+    for number, turn in enumerate(turns):
+        half, middle = np.abs(turn) @ BAR, np.array([0, 1000.0 * number, 0])
+        for end in (-1, 1):
+            for axis in range(3):
+                for sign in (-1, 1):
+                    at = middle + end * np.eye(3)[axis] * (half[axis] + 1 + sign * STEP)
+                    boxes.append(Box(*(at - 1), *(at + 1)))
+                    wanted += [{(f"{number}/bar/bar", -1)}] if sign < 0 else [set()]
+    with Store.open(duckdb_file) as store:
+        load(store, tmp_path / "bar.urdf", name="bar")
+        places = {f"{i}": pose_of([0, 1000.0 * i, 0], turn) for i, turn in enumerate(turns)}
+        place_things(store, tmp_path, places, "bar")
+        found = in_volumes(store, boxes)
+        with store.read() as connection:
+            export_parts(store, connection, tmp_path / "parts")
+    write_questions([*boxes], tmp_path)
+    of_files = [row for row in duckdb_rows(tmp_path) if row[0] < len(boxes)]
+    for rows in (zip(found["volume_no"], found["path"], strict=True), ((row[0], row[3]) for row in of_files)):
+        answers: list[Answer] = [set() for _ in boxes]
+        for number, path in rows:
+            answers[number].add((path, -1))
+        assert answers == wanted
+    for kind in ("boxes", "volumes"):
+        assert asked(str(duckdb_file), kind, "part", boxes) == wanted
 
 
 @pytest.mark.parametrize("level", LEVELS)

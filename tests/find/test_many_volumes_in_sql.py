@@ -78,15 +78,15 @@ def test_within_a_box_and_nearest_to_a_point(filled: Filled, level: str) -> None
         with store.engine.connect() as connection:
             within = sa.text(f"SELECT {names} FROM {level}s_within_box(:x0, :y0, :z0, :x1, :y1, :z1)")  # noqa: S608
             held = 0
-            for box in random_boxes(oracle, 10, 8):
+            for box in random_boxes(oracle, 4, 8):
                 bounds = box.bounds + np.repeat([-200.0, 200.0], 3)
                 asked = dict(zip(_NUMBERS[:6], bounds.tolist(), strict=True))
                 truth = oracle.within_box(level, bounds)
                 assert sorted(map(tuple, connection.execute(within, asked).fetchall())) == sorted(truth)
                 held += len(truth)
-            assert 20 < held < 10 * len(low)
+            assert 20 < held < 4 * len(low)
             near = sa.text(f"SELECT {names}, distance_mm FROM nearest_{level}s(:x, :y, :z, :count)")  # noqa: S608
-            for number, at in enumerate(np.concatenate([rng.uniform(low.min(0), high.max(0), (7, 3)), [[9e4, 0, 0]]])):
+            for number, at in enumerate(np.concatenate([rng.uniform(low.min(0), high.max(0), (3, 3)), [[9e4, 0, 0]]])):
                 away = oracle.away(level, at)
                 count = counts[number % len(counts)]
                 asked = {**dict(zip("xyz", at.tolist(), strict=True)), "count": count}

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from uuid import UUID
 
 import numpy as np
@@ -23,9 +22,13 @@ from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere,
 from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.store import Store, sql
 from relmodel.world import place_world
-from tests.find.test_find import Oracle, fill, random_boxes, random_solids, random_views
+from tests.find.test_find import Oracle, random_boxes, random_solids, random_views
 from tests.find.volume_cases import CASES
+from tests.given import CopyStore
 from tests.synthetic_model import SyntheticModel, write_world
+
+if TYPE_CHECKING:
+    from tests.find.conftest import Filled
 
 QUERY = sql.query("parquet/find_in_volumes").text
 PLACED = sql.query("parquet/placed_parts").text
@@ -111,15 +114,23 @@ def _row(row: Any) -> tuple[Any, ...]:
     return (volume_no, *rest)
 
 
-def test_worlds_side_by_side_and_bad_calls(duckdb_file: Path, tmp_path: Path) -> None:
-    with Store.open(duckdb_file) as store:
-        with store.read() as connection, pytest.raises(UsageError, match="no part is placed"):
-            export_parts(store, connection, tmp_path / "none")
-        fill(store, tmp_path)
+def test_nothing_to_export(duckdb_file: Path, tmp_path: Path) -> None:
+    with (
+        Store.open(duckdb_file) as store,
+        store.read() as connection,
+        pytest.raises(UsageError, match="no part is placed"),
+    ):
+        export_parts(store, connection, tmp_path / "none")
+
+
+@pytest.mark.parametrize("filled", ["duckdb"], indirect=True)
+def test_worlds_side_by_side_and_bad_calls(filled: Filled, copy_store: CopyStore, tmp_path: Path) -> None:
+    target = copy_store(filled.target)
+    with Store.open(target) as store:
         for role in ("tool", "fixture"):
             place_world(store, write_world(tmp_path / "o.yaml", "other", [{"object": "thing", "role": role}]))
         placed = occurrences(store)
-    command = ["export", "--store", str(duckdb_file), "--parquet"]
+    command = ["export", "--store", target, "--parquet"]
     assert main([*command, str(tmp_path / "both")]) == 0
     assert main([*command, str(tmp_path / "one"), "--world", "other"]) == 0
     newest = {"cell": 1, "other": 2}
@@ -140,25 +151,22 @@ def test_worlds_side_by_side_and_bad_calls(duckdb_file: Path, tmp_path: Path) ->
     assert main([*command, str(tmp_path / "third"), "--world", "third"]) == 2
     assert not (tmp_path / "third").exists()
     for wrong in ("thing", "-o x.glb", "thing -o x --parquet y", "thing -o x --world w"):
-        assert main(["export", *wrong.split(), "--store", str(duckdb_file)]) == 2
+        assert main(["export", *wrong.split(), "--store", target]) == 2
 
 
-def test_stores_side_by_side(duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Two of one name and of one origin, whose first worlds, shapes and parts have the same ids."""
-    stores: list[str] = []
-    rows: dict[str, list[tuple[Any, ...]]] = {}
-    volumes: list[Volume] = []
-    for seed, cell in enumerate(("first", "second")):
-        file = Path(shutil.copy(duckdb_template, tmp_path / f"{cell}.duckdb"))
-        assert main(["init", "--cell", cell, "--store", str(file)]) == 0
-        with Store.open(file) as store:
-            oracle = fill(store, tmp_path, seed)
-            volumes = volumes or questions(oracle)
-            rows[cell] = expected(store, volumes)
-        stores.append(str(file))
+@pytest.mark.parametrize("filled", ["duckdb"], indirect=True)
+def test_stores_side_by_side(
+    filled: Filled, copy_store: CopyStore, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two of one origin, whose worlds, shapes and parts have the same ids."""
+    volumes = questions(filled.oracle)[::2]
+    with Store.open(filled.target) as store:
+        rows = dict.fromkeys(("first", "second"), expected(store, volumes))
     write_questions(volumes, tmp_path)
+    stores = [copy_store(filled.target) for _ in rows]
     command = ["export", "--parquet", str(tmp_path / "parts"), "--store"]
-    for target in stores:
+    for cell, target in zip(rows, stores, strict=True):
+        assert main(["init", "--cell", cell, "--store", target]) == 0
         capsys.readouterr()
         assert main([*command, target]) == 0
     assert "96 placed parts of the cell second" in capsys.readouterr().err
@@ -185,8 +193,6 @@ def test_stores_side_by_side(duckdb_template: Path, tmp_path: Path, capsys: pyte
         with again.read() as connection:
             export_parts(again, connection, tmp_path / "parts", pages_per_range=1)
     assert answered() == rows
-    assert main([*command, stores[1]]) == 0
-    assert answered() == rows
     assert not [file for file in (tmp_path / "parts").iterdir() if file.name not in TABLES]
 
     # Named anew it is another store; named the same again it stays what it is.
@@ -208,7 +214,7 @@ def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     # Compile less, start sooner: the data are small.
     java = "-XX:TieredStopAtLevel=1 -XX:CompileThresholdScaling=5 -XX:+UseSerialGC -Xms512m -Xmn256m"
     java += " -XX:+UnlockDiagnosticVMOptions -XX:-BytecodeVerificationRemote"
-    config = {"ui.enabled": "false", "sql.shuffle.partitions": "2", "driver.extraJavaOptions": java}
+    config = {"ui.enabled": "false", "sql.shuffle.partitions": "1", "driver.extraJavaOptions": java}
     config |= {"sql.codegen.wholeStage": "false", "sql.codegen.factoryMode": "NO_CODEGEN"}
     builder = SparkSession.builder.master("local[1]")
     session = builder.config(map={f"spark.{name}": value for name, value in config.items()}).getOrCreate()

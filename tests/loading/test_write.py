@@ -16,6 +16,7 @@ from relmodel.geometry.transforms import Joint, Mimic, matrices
 from relmodel.model.model import Assembly, Finding, Instance, Model, Part, Pmi
 from relmodel.readers import ReadOptions
 from relmodel.store import Store
+from tests.given import NewStore
 from tests.poses import pose_of
 from tests.reading import read_here, store_model
 
@@ -64,16 +65,17 @@ def robot_in_a_cell(folder: Path) -> Model:
     )  # fmt: skip
 
 
-@pytest.fixture
-def rows(duckdb_file: Path, tmp_path: Path) -> dict[str, list[dict[str, Any]]]:
+@pytest.fixture(scope="module")
+def rows(new_store: NewStore, tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[dict[str, Any]]]:
     """All rows of the tables of the model, by table."""
-    with Store.open(duckdb_file) as store:
-        report = store_model(store, robot_in_a_cell(tmp_path), "cell")
+    cell = robot_in_a_cell(tmp_path_factory.mktemp("cell"))
+    with Store.open(new_store("duckdb")) as store:
+        report = store_model(store, cell, "cell")
         assert (report.parts, report.occurrences, report.shapes_added, report.surfaces_added) == (2, 5, 2, 12)
         assert report.findings == (("odd_edge", 1), ("odd_file", 1), ("odd_part", 1))
-        again = store_model(store, robot_in_a_cell(tmp_path), "cell")
+        again = store_model(store, cell, "cell")
         assert (again.status, again.revision, again.shapes_added, again.arcs_added) == ("unchanged", 1, 0, 0)
-        changed = store_model(store, replace(robot_in_a_cell(tmp_path), root=1), "cell")
+        changed = store_model(store, replace(cell, root=1), "cell")
         assert (changed.status, changed.revision, changed.occurrences) == ("added", 2, 4)
         names = (
             "object_node", "object_page", "joint", "part", "shape", "object", "part_attribute", "object_attribute",

@@ -115,21 +115,11 @@ def test_whatever_else_is_refused_in_a_sentence(asked: Store, tmp_path: Path) ->
     assert relations(asked) == before
 
 
-@pytest.mark.parametrize(
-    ("statement", "by_duckdb", "by_postgresql"),
-    [
-        (
-            "SELECT * FROM sds_relatoin",
-            'sds_relatoin does not exist! Did you mean "sds_relation"?',
-            'relation "sds_relatoin" does not exist',
-        ),
-        ("SELECT 1 FROM", "syntax error at end of input", "syntax error at end of input"),
-    ],
-)
-def test_the_engine_s_own_hint_is_told(asked: Store, statement: str, by_duckdb: str, by_postgresql: str) -> None:
+def test_the_engine_s_own_hint_is_told(asked: Store) -> None:
     with pytest.raises(InputError, match=r"^the statement was refused[^\n]*$") as refused:
-        answered(asked, statement)
-    assert (by_duckdb if asked.dialect == "duckdb" else by_postgresql) in str(refused.value)
+        answered(asked, "SELECT * FROM sds_relatoin")
+    hint = "Did you mean" if asked.dialect == "duckdb" else 'relation "sds_relatoin" does not exist'
+    assert hint in str(refused.value)
 
 
 def test_statements_that_take_too_long_are_stopped(asked: Store) -> None:
@@ -137,8 +127,8 @@ def test_statements_that_take_too_long_are_stopped(asked: Store) -> None:
     if asked.dialect == "postgresql":  # one that sleeps, and lifts the limit for those after it
         endless += ["SELECT pg_sleep(600)", "SELECT set_config('statement_timeout', '0', false), pg_sleep(600)"]
     for statement in endless:
-        with pytest.raises(InputError, match=r"^the statement was stopped after 0\.3 s: ask for less"):
-            answered(asked, statement, 0.3)
+        with pytest.raises(InputError, match=r"^the statement was stopped after 0\.1 s: ask for less"):
+            answered(asked, statement, 0.1)
     for limit in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(UsageError, match="give seconds above 0"):
             answered(asked, "SELECT 1", limit)
@@ -148,11 +138,11 @@ ENDLESS = "SELECT CAST(a AS BIGINT) AS a FROM generate_series(1, 100000) AS t(a)
 
 
 def test_rows_come_before_the_statement_ends_and_no_more_after_the_limit(asked: Store) -> None:
-    with ask(asked, ENDLESS, time_limit_s=0.5) as (names, rows):
+    with ask(asked, ENDLESS, time_limit_s=0.4) as (names, rows):
         assert names == ["a"]
         assert isinstance(next(rows)[0], int)
-        time.sleep(0.6)  # what is done with the rows counts too
-        with pytest.raises(InputError, match=r"^the statement was stopped after 0\.5 s: ask for less"):
+        time.sleep(0.4)  # what is done with the rows counts too
+        with pytest.raises(InputError, match=r"^the statement was stopped after 0\.4 s: ask for less"):
             next(rows)
     assert answered(asked, "SELECT 1 AS a, 2 AS b WHERE 1 = 0") == (["a", "b"], [])
 
@@ -175,8 +165,8 @@ def test_a_server_that_does_not_end_the_statement_is_let_go(
 
     with Store.open(make_reader(new_store("postgresql")), read_only=True) as store:
         monkeypatch.setattr(Store, "rows", with_another_limit)
-        with pytest.raises(InputError, match=r"^the statement was stopped after 0\.3 s"):
-            answered(store, "SELECT pg_sleep(600)", 0.3)
+        with pytest.raises(InputError, match=r"^the statement was stopped after 0\.1 s"):
+            answered(store, "SELECT pg_sleep(600)", 0.1)
         assert answered(store, "SELECT 1")[1] == [(1,)]
 
 

@@ -124,8 +124,8 @@ def test_damage_that_no_row_shows_is_found_and_a_copy_rescues_every_row(
         content = bytearray(filled)
         content[HEADERS + number * BLOCK + BLOCK // 2] ^= 1
         file.write_bytes(content)
-        if damaged_blocks(file):
-            assert damaged_blocks(file) == [number]
+        if told := damaged_blocks(file):
+            assert told == [number]
             found += 1
             if not hidden and unreadable(file) == set():  # no table's rows are in it
                 hidden = bytes(content)

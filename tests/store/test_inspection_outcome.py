@@ -190,14 +190,15 @@ def test_a_refusal_names_its_likeliest_cause(duckdb_of_runs: Store) -> None:
     with Run.begin(duckdb_of_runs, "inspect", {}) as run, run.write() as connection:
         run.append(connection, "inspection", {"run_id": runs, **given})
         run.append(connection, "hypothesis_support", {"run_id": runs, **support})
-        for number, (failed, _, _) in zip(runs.tolist(), CAUSES, strict=True):
-            for table, values in (("threshold", limits), ("verdict_statistic", PASSED | failed)):
-                columns: dict[str, Any] = {"run_id": number, "name": list(values), "value": list(values.values())}
-                columns |= {"decision": "verdict"} if table == "threshold" else {}
-                run.append(connection, table, columns)
-            if "calibration" in failed:
-                words = {"sentence_no": [0], "kind": "rig", "sentence": "the focal length is 4.8 % greater"}
-                run.append(connection, "inspection_sentence", {"run_id": number, **words})
+        statistics = [PASSED | failed for failed, _, _ in CAUSES]
+        for table, each in (("threshold", [limits] * len(runs)), ("verdict_statistic", statistics)):
+            columns: dict[str, Any] = {"run_id": np.repeat(runs, [len(values) for values in each])}
+            columns |= {"name": [n for values in each for n in values]}
+            columns |= {"value": [x for values in each for x in values.values()]}
+            run.append(connection, table, columns | ({"decision": "verdict"} if table == "threshold" else {}))
+        (calibrated,) = (number for number, failed in zip(runs, statistics, strict=True) if "calibration" in failed)
+        words = {"sentence_no": [0], "kind": "rig", "sentence": "the focal length is 4.8 % greater"}
+        run.append(connection, "inspection_sentence", {"run_id": int(calibrated), **words})
     with duckdb_of_runs.read() as connection:
         for number, (failed, _, cause) in zip(runs.tolist(), CAUSES, strict=True):
             found = read_outcome(duckdb_of_runs, connection, number)

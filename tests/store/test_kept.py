@@ -93,23 +93,16 @@ def test_what_was_found_is_recorded_once_when_the_store_is_opened_next(duckdb_fi
     assert not list(duckdb_file.parent.glob("*.kept-*")) + list(duckdb_file.parent.glob("*.run-*"))
 
 
-def test_it_is_recorded_before_the_next_run_of_a_store_that_stays_open(duckdb_file: Path) -> None:
+def test_what_cannot_be_recorded_fails_before_the_next_run_of_a_store_that_stays_open(duckdb_file: Path) -> None:
     with Store.open(duckdb_file) as store:
         store.release()
-        conclude_while_held(duckdb_file, Found(["a"], np.array([1.0])))
-        with Run.begin(store, "load", {}):
+        kept = conclude_while_held(duckdb_file, Found(["broken"], np.array([1.0])))
+        with Run.begin(store, "load", {}) as run:
             pass
-    runs, _, sources = held_in(duckdb_file)
-    assert [state for _, state, _ in runs] == ["finished", "finished"]
-    assert sources == [("a", 1.0)]
-
-
-def test_what_cannot_be_recorded_fails_and_leaves_the_store_to_others(duckdb_file: Path) -> None:
-    run = conclude_while_held(duckdb_file, Found(["broken"], np.array([1.0])))
-    Store.open(duckdb_file).close()
-    ((number, state, message),), _, sources = held_in(duckdb_file)
-    assert (number, state, sources) == (run, "failed", [])
-    assert "it is broken" in message
+    (failed, ended), _, sources = held_in(duckdb_file)
+    assert failed[:2] == (kept, "failed")
+    assert "it is broken" in failed[2]
+    assert (ended[:2], sources) == ((run.id, "finished"), [])
     assert not list(duckdb_file.parent.glob("*.kept-*"))
 
 

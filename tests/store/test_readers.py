@@ -7,11 +7,10 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from relmodel.errors import StoreError
-from relmodel.store import Run, Store, engine
+from relmodel.store import Store, engine
 from tests.holding import Holder, held
 from tests.store.amiss import amiss
 from tests.store.children import CHILDREN, die_before_the_last_name, extract, extract_and_die, extract_for_ever
@@ -41,9 +40,15 @@ def images(target: Path) -> int:
     return count
 
 
-def test_what_is_written_beside_a_reader_is_there_for_who_comes_after(duckdb_file: Path, reader: Holder) -> None:
+def test_what_is_written_beside_a_reader_is_there_for_who_comes_after(
+    duckdb_file: Path, reader: Holder, tmp_path: Path
+) -> None:
+    """Through a link, which stays one."""
     mode = duckdb_file.stat().st_mode
-    with Store.open(duckdb_file) as store:
+    link = tmp_path / "elsewhere" / "link.duckdb"
+    link.parent.mkdir()
+    link.symlink_to(duckdb_file)
+    with Store.open(link) as store:
         extract(store, 3)
         assert store.access.passed
         assert str(reader.pid) in store.access.passed
@@ -51,23 +56,12 @@ def test_what_is_written_beside_a_reader_is_there_for_who_comes_after(duckdb_fil
         with held(duckdb_file, read_only=True) as later:
             extract(store, 4)
             assert (reader.ask(IMAGES), later.ask(IMAGES)) == ("[(0,)]", "[(3,)]")
-        extract(store, 5)
-    assert images(duckdb_file) == 12
-    assert duckdb_file.stat().st_mode == mode
-
-
-def test_a_link_to_a_store_stays_one(duckdb_file: Path, reader: Holder, tmp_path: Path) -> None:
-    link = tmp_path / "elsewhere" / "link.duckdb"
-    link.parent.mkdir()
-    link.symlink_to(duckdb_file)
-    with Store.open(link) as store:
-        extract(store, 3)
     assert link.is_symlink()
     assert list(link.parent.iterdir()) == [link]
     link.unlink()
     link.parent.rmdir()
-    assert images(duckdb_file) == 3
-    assert reader.ask(IMAGES) == "[(0,)]"
+    assert images(duckdb_file) == 7
+    assert duckdb_file.stat().st_mode == mode
 
 
 def test_what_fails_beside_a_reader_leaves_nothing(duckdb_file: Path, reader: Holder) -> None:
@@ -81,27 +75,25 @@ def test_what_fails_beside_a_reader_leaves_nothing(duckdb_file: Path, reader: Ho
 
 def test_two_writers_beside_a_reader_lose_nothing(duckdb_file: Path, reader: Holder) -> None:
     here, there = CHILDREN.Pipe()
-    writers = [CHILDREN.Process(target=extract_for_ever, args=(str(duckdb_file), there, 2)) for _ in range(2)]
+    writers = [CHILDREN.Process(target=extract_for_ever, args=(str(duckdb_file), there, 1)) for _ in range(2)]
     for writer in writers:
         writer.start()
     for writer in writers:
         writer.join()
         assert writer.exitcode == 0
-    told = [here.recv() for _ in range(4)]
-    assert sorted(told) == list(range(1, 5))
+    assert sorted(here.recv() for _ in writers) == [1, 2]
     assert reader.ask(IMAGES) == "[(0,)]"
-    assert images(duckdb_file) == 4 * 5
+    assert images(duckdb_file) == 2 * 5
 
 
 @pytest.mark.usefixtures("reader")
-@pytest.mark.parametrize("delay", np.random.default_rng(5).uniform(0.0, 0.3, 1).round(3).tolist())
-def test_a_writer_that_is_killed_beside_a_reader_leaves_what_was_committed(duckdb_file: Path, delay: float) -> None:
+def test_a_writer_that_is_killed_beside_a_reader_leaves_what_was_committed(duckdb_file: Path) -> None:
     here, there = CHILDREN.Pipe()
     child = CHILDREN.Process(target=extract_for_ever, args=(str(duckdb_file), there))
     child.start()
     there.close()
     told = here.recv()
-    time.sleep(delay)
+    time.sleep(0.24)
     child.kill()
     child.join()
     while here.poll():
@@ -123,40 +115,27 @@ def test_a_lock_is_removed_whose_writer_was_killed_just_after_its_run_ended(duck
     assert images(duckdb_file) == 1
 
 
-@pytest.mark.parametrize("dies", [False, True])
 def test_the_log_of_a_killed_writer_is_taken_in_beside_a_reader(
-    dies: bool, duckdb_file: Path, monkeypatch: pytest.MonkeyPatch
+    duckdb_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its rows are there once, wherever the next one is killed."""
+    """Its rows are there once, though the next one is killed before its copy is in place."""
     monkeypatch.setattr(engine, "READERS_S", 0.0)
     child = CHILDREN.Process(target=extract_and_die, args=(str(duckdb_file),))
     child.start()
     child.join()
     assert Path(f"{duckdb_file}.wal").stat().st_size > 0
     with held(duckdb_file, read_only=True) as reader:
-        if dies:
-            child = CHILDREN.Process(target=die_before_the_last_name, args=(str(duckdb_file),))
-            child.start()
-            child.join()
-            assert Path(f"{duckdb_file}.whole").exists()
-            with Store.open(duckdb_file, read_only=True):
-                assert not Path(f"{duckdb_file}.whole").exists()
+        child = CHILDREN.Process(target=die_before_the_last_name, args=(str(duckdb_file),))
+        child.start()
+        child.join()
+        assert Path(f"{duckdb_file}.whole").exists()
+        with Store.open(duckdb_file, read_only=True):
+            assert not Path(f"{duckdb_file}.whole").exists()
         with Store.open(duckdb_file) as store:
             extract(store, 3)
         assert not Path(f"{duckdb_file}.wal").exists()
         assert reader.ask(IMAGES) == "[(7,)]"
     assert images(duckdb_file) == 10
-
-
-def test_who_goes_on_writing_is_named(duckdb_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
-    with Store.open(duckdb_file) as store:
-        store.release()
-        with held(duckdb_file, read_only=False) as writer, pytest.raises(StoreError) as refused, store.read():
-            pytest.fail("it is not to be had")
-        assert f"in use by process {writer.pid}" in str(refused.value)
-        with Run.begin(store, "load", {}):
-            pass
 
 
 def test_who_has_the_file_in_this_process_is_told_to_close_it(duckdb_file: Path) -> None:

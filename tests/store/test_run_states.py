@@ -7,7 +7,6 @@ import os
 import shutil
 import signal
 import subprocess
-from collections.abc import Callable
 from contextlib import AbstractContextManager
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,8 +19,8 @@ import sqlalchemy as sa
 from relmodel import resources
 from relmodel.errors import InputError, StoreError, TransientError
 from relmodel.store import Run, Store, database, sql
+from tests.given import NewStore
 from tests.store.amiss import amiss
-from tests.store.children import CHILDREN, begin_and_wait
 
 CHECKOUT = Path(__file__).parents[2]
 
@@ -112,27 +111,6 @@ def test_a_run_that_fails_says_at_which_step(duckdb_file: Path) -> None:
         assert not amiss(store)
 
 
-def test_a_reader_sees_that_a_run_was_killed(fresh_store: str) -> None:
-    here, there = CHILDREN.Pipe()
-    child = CHILDREN.Process(target=begin_and_wait, args=(fresh_store, there, False))
-    child.start()
-    assert here.poll(600)
-    run = here.recv()
-    if "://" in fresh_store:  # a DuckDB file that is written to is open to nobody else
-        with Store.open(fresh_store, read_only=True) as store:
-            assert state(store, run) == "running"
-    assert child.pid
-    os.kill(child.pid, signal.SIGKILL)
-    child.join()
-    with Store.open(fresh_store, read_only=True) as store:
-        for _ in range(200):  # the server takes a moment to see that a client has gone
-            if state(store, run) == "killed":
-                break
-            spend()
-        assert state(store, run) == "killed"
-        assert [e.kind for e in events(store, run)] == ["begun"], "who only reads writes nothing"
-
-
 def test_a_run_records_code_and_schema(duckdb_file: Path) -> None:
     with Store.open(duckdb_file) as store:
         with Run.begin(store, "load", {}, packages=("numpy",)) as run:
@@ -210,7 +188,7 @@ class TestTriedAgain:
     """On PostgreSQL; a file has one writer."""
 
     @pytest.fixture
-    def target(self, new_store: Callable[[str], str]) -> str:
+    def target(self, new_store: NewStore) -> str:
         return new_store("postgresql")
 
     def test_what_is_refused_for_serialisation(self, target: str) -> None:
@@ -224,33 +202,26 @@ class TestTriedAgain:
             assert state(store, run.id) == "finished"
             assert amiss(store).keys() == {"ledger"}  # of the source that no run wrote
 
-    def test_what_is_refused_for_ever_fails_in_one_sentence(self, target: str) -> None:
+    @pytest.mark.parametrize(
+        ("statement", "error", "said", "count"),
+        [
+            ("DO $$ BEGIN RAISE EXCEPTION 'no' USING ERRCODE = '40001'; END $$", StoreError, r"failed \(no\)", 4),
+            ("SELECT 1 / 0", Exception, "division", 1),
+        ],
+    )
+    def test_what_is_refused_for_ever_fails_and_a_mistake_is_made_once(
+        self, statement: str, error: type[Exception], said: str, count: int, target: str
+    ) -> None:
         tries: list[int] = []
 
         def work(connection: sa.Connection) -> None:
             tries.append(1)
-            connection.exec_driver_sql("DO $$ BEGIN RAISE EXCEPTION 'no' USING ERRCODE = '40001'; END $$")
+            connection.exec_driver_sql(statement)
 
         with Store.open(target) as store:
-            with pytest.raises(StoreError, match=r"failed \(no\)"), Run.begin(store, "load", {}) as run:
+            with pytest.raises(error, match=said), Run.begin(store, "load", {}) as run:
                 run.transact(work)
-            assert len(tries) == 4
-            assert state(store, run.id) == "failed"
-
-    def test_a_mistake_is_made_once(self, target: str) -> None:
-        tries: list[int] = []
-
-        def work(connection: sa.Connection) -> None:
-            tries.append(1)
-            connection.exec_driver_sql("SELECT 1 / 0")
-
-        with (
-            Store.open(target) as store,
-            pytest.raises(Exception, match="division"),
-            Run.begin(store, "load", {}) as run,
-        ):
-            run.transact(work)
-        assert len(tries) == 1
+            assert (len(tries), state(store, run.id)) == (count, "failed")
 
     def test_all_connections_lost(self, target: str) -> None:
         """The session that shows that the run lives goes too, and another takes its place."""

@@ -8,13 +8,11 @@ import signal
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 import sqlalchemy as sa
 
 from relmodel.errors import StoreError
 from relmodel.store import Run, Store, engine, side_files
-from relmodel.store.side_files import mark_dead_runs
 from tests.store.amiss import amiss
 from tests.store.children import CHILDREN, begin_and_wait, write_for_ever, write_images
 
@@ -73,45 +71,39 @@ def living_run(fresh_store: str, request: pytest.FixtureRequest):  # type: ignor
     child.join()
 
 
-def test_run_whose_process_was_killed_is_found_dead(living_run) -> None:  # type: ignore[no-untyped-def]
-    target, child, run_id = living_run
-    os.kill(child.pid, signal.SIGKILL)
-    child.join()
-    with Store.open(target) as store:
-        _wait_for_server(store)
-        assert states(store) == ["killed"]
-        with store.read() as connection:
-            events = connection.execute(store.table("run_event").select()).all()
-        assert sorted((e.run_id, e.event_no, e.kind) for e in events) == [
-            (run_id, 0, "begun"),
-            (run_id, 1, "found_dead"),
-        ]
-    with Store.open(target) as store:
-        assert states(store) == ["killed"], "found dead once only"
-        assert amiss(store) == {}
-
-
-def _wait_for_server(store: Store) -> None:
-    """PostgreSQL takes a moment to see that a client has gone."""
-    for _ in range(100):
-        if states(store) == ["killed"] or store.dialect == "duckdb":
-            return
-        time.sleep(0.1)
-        mark_dead_runs(store)
-
-
 @pytest.mark.parametrize("living_run", ["let_go"], indirect=True)
-def test_living_run_that_holds_no_file_is_left_alone(living_run) -> None:  # type: ignore[no-untyped-def]
-    target, child, _ = living_run
+def test_run_is_left_alone_until_its_process_is_killed(living_run) -> None:  # type: ignore[no-untyped-def]
+    target, child, run_id = living_run
     for read_only in (True, False):
         with Store.open(target, read_only=read_only) as store:
             assert states(store) == ["running"]
     os.kill(child.pid, signal.SIGKILL)
     child.join()
+    with Store.open(target, read_only=True) as reader:  # who only reads sees it and writes nothing
+        _wait_until_killed(reader)
+        assert events(reader) == [(run_id, 0, "begun")]
     with Store.open(target) as store:
-        _wait_for_server(store)
         assert states(store) == ["killed"]
+        assert events(store) == [(run_id, 0, "begun"), (run_id, 1, "found_dead")]
+    with Store.open(target) as store:
+        assert states(store) == ["killed"], "found dead once only"
+        assert amiss(store) == {}
     assert not list(Path(target).parent.glob("*.run-*"))
+
+
+def events(store: Store) -> list[tuple[int, int, str]]:
+    with store.read() as connection:
+        rows = connection.execute(store.table("run_event").select()).all()
+    return sorted((row.run_id, row.event_no, row.kind) for row in rows)
+
+
+def _wait_until_killed(store: Store) -> None:
+    """PostgreSQL takes a moment to see that a client has gone."""
+    for _ in range(100):
+        if states(store) == ["killed"]:
+            return
+        time.sleep(0.1)
+    pytest.fail("the run lives")
 
 
 def test_living_run_is_left_alone(living_run, monkeypatch: pytest.MonkeyPatch) -> None:  # type: ignore[no-untyped-def]
@@ -136,14 +128,13 @@ def test_own_run_is_left_alone(duckdb_file: Path) -> None:
         assert states(other) == ["running"]
 
 
-@pytest.mark.parametrize("delay", np.random.default_rng(4).uniform(0.0, 0.25, 1).round(3).tolist())
-def test_kill_during_writing_leaves_what_was_committed(duckdb_template: Path, tmp_path: Path, delay: float) -> None:
-    target = str(shutil.copy(duckdb_template, tmp_path / "a.duckdb"))
+def test_kill_during_writing_leaves_what_was_committed(duckdb_file: Path) -> None:
+    target = str(duckdb_file)
     here, there = CHILDREN.Pipe()
     child = CHILDREN.Process(target=write_for_ever, args=(target, there))
     child.start()
     assert here.poll(600)
-    time.sleep(delay)
+    time.sleep(0.2)
     child.kill()
     child.join()
     there.close()
@@ -162,10 +153,8 @@ def test_kill_during_writing_leaves_what_was_committed(duckdb_template: Path, tm
         assert states(store) == ["killed"]
 
 
-def test_log_cut_short_is_noticed(duckdb_template: Path, tmp_path: Path) -> None:
-    target = tmp_path / "a.duckdb"
-    shutil.copy(duckdb_template, target)
-    cut = tmp_path / "cut.duckdb"
+def test_log_cut_short_is_noticed(duckdb_file: Path, tmp_path: Path) -> None:
+    target, cut = duckdb_file, tmp_path / "cut.duckdb"
     with Store.open(target) as store:
         with store.write() as connection:
             connection.exec_driver_sql("SET checkpoint_threshold = '1GB'")

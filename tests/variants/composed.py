@@ -35,15 +35,12 @@ class Item:
 
 def store_items(store: Store, variant: str, items: Sequence[Item], name: str = "thing") -> LoadReport:
     """Store an object of these items."""
-    shapes = tuple(step_shape.extract(item.body) for item in items)
-    parts = tuple(Part(item.number, item.number, i, item.material) for i, item in enumerate(items))
+    bodies = {id(item.body): item.body for item in items}
+    shapes = tuple(step_shape.extract(body) for body in bodies.values())
+    shape_of = {key: number for number, key in enumerate(bodies)}
+    parts = tuple(Part(item.number, item.number, shape_of[id(item.body)], item.material) for item in items)
     placed = tuple(Instance(item.name, "part", i, item.pose) for i, item in enumerate(items))
     model = Model("STEP", "mm", 1.0, shapes, parts, (Assembly(name, placed),), 0, 0, "test", "AP242")
-    return keep(store, variant, model, name)
-
-
-def keep(store: Store, variant: str, model: Model, name: str = "thing") -> LoadReport:
-    """Store a model."""
     return store_model(store, model, name, variant)
 
 

@@ -7,18 +7,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 from OCP.Interface import Interface_Static
 from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
-from relmodel.model.model import Model
 from relmodel.store import Store
 from tests.loading.test_load import row_counts
+from tests.loading.test_snap import jittered
 from tests.parts.solids import box, cylinder
-from tests.parts.step_parts import loaded, write_product, write_solids
+from tests.parts.step_parts import write_solids
 from tests.parts.turned_parts import workshop
 from tests.reading import load
-from tests.variants.composed import differences, keep
+from tests.variants.composed import differences
 
 ENTITY = re.compile(r"(?ms)^#(\d+)\s*=\s*(.*?);\s*$")
 
@@ -34,16 +33,6 @@ def shuffled(text: str, rng: np.random.Generator) -> str:
     lines = [f"#{number[n]}={renumber.sub(lambda m: '#' + number[m.group(1)], body)};" for n, body in entities]
     rng.shuffle(lines)
     return head + "\n".join(lines) + "\n" + tail
-
-
-def jittered(text: str, rng: np.random.Generator) -> str:
-    """Every coordinate of every point off by up to 1e-7 mm."""
-
-    def noisy(match: re.Match[str]) -> str:
-        values = [float(v) + rng.uniform(-1e-7, 1e-7) for v in match.group(2).split(",")]
-        return match.group(1) + ",".join(repr(v) for v in values) + match.group(3)
-
-    return re.sub(r"(CARTESIAN_POINT\('[^']*',\()([^()]*)(\)\))", noisy, text)
 
 
 def test_an_export_with_other_numbers_and_order_differs_in_nothing(store: Store, tmp_path: Path) -> None:
@@ -87,23 +76,3 @@ def test_other_settings_of_the_writer_change_nothing(store: Store, tmp_path: Pat
     assert (again.shapes_added, again.surfaces_added, again.arcs_added) == (0, 0, 0)
     rows = differences(store, "A", "B", "body")
     assert {(r["status"], r["differs"]) for r in rows} == {("identical", None)}
-
-
-def test_noise_is_told_from_changes_on_both_engines(fresh_store: str, tmp_path: Path) -> None:
-    """Of a noisy export with one hole a little wider only what touches the hole is new, and the next one is like it."""
-
-    def export(name: str, radius: float, seed: int) -> Model:
-        body = BRepAlgoAPI_Cut(box((0, 0, 0), (60, 40, 8)), cylinder((13, 17, -1), 6, 10)).Shape()
-        body = BRepAlgoAPI_Cut(body, cylinder((41, 21, -1), radius, 10)).Shape()
-        path = write_product(tmp_path / name, body, "PLATE")
-        path.write_text(jittered(path.read_text(), np.random.default_rng(seed)))
-        return loaded(path)
-
-    with Store.open(fresh_store) as store:
-        plain = keep(store, "A", export("plain.step", 5, 1))
-        assert (plain.shapes_added, plain.surfaces_added) == (1, 8)
-        wider = keep(store, "B", export("wider.step", 5.001, 2))
-        assert (wider.shapes_added, wider.surfaces_added, wider.arcs_added) == (1, 3, 3)
-        for seed, (radius, like) in enumerate([(5, plain), (5.001, wider)], start=3):
-            again = keep(store, f"{seed}", export(f"{seed}.step", radius, seed))
-            assert (again.object_id, again.surfaces_added, again.arcs_added) == (like.object_id, 0, 0)

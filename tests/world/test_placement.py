@@ -93,16 +93,6 @@ def test_same_content_adds_nothing_and_a_change_is_a_revision(duckdb_file: Path,
         assert list(pinned) == [1, 1, 2]
 
 
-def test_unknown_objects_are_refused(duckdb_file: Path, tmp_path: Path) -> None:
-    model = SyntheticModel(4)
-    with Store.open(duckdb_file) as store:
-        model.fill(store, variant="b")
-        file = write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}])
-        with pytest.raises(InputError, match=r"thing is not loaded.*thing \(variant b\)"):
-            place_world(store, file)
-        assert count(store, "world") == 0
-
-
 def test_mounts_point_at_rigs(duckdb_file: Path, tmp_path: Path) -> None:
     (tmp_path / "head.yaml").write_text("one")
     file = tmp_path / "w.yaml"
@@ -129,10 +119,14 @@ def test_mounts_point_at_rigs(duckdb_file: Path, tmp_path: Path) -> None:
         assert place_world(store, file, write_rig=write_rig).revision == 2
 
 
-def test_object_without_parts(duckdb_file: Path, tmp_path: Path) -> None:
+def test_unknown_objects_and_objects_without_parts(duckdb_file: Path, tmp_path: Path) -> None:
     model = SyntheticModel(5)
     model.root.children = []
     with Store.open(duckdb_file) as store:
-        model.fill(store)
-        report = place_world(store, write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}]))
+        model.fill(store, variant="b")
+        with pytest.raises(InputError, match=r"thing is not loaded.*thing \(variant b\)"):
+            place_world(store, write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}]))
+        assert count(store, "world") == 0
+        objects: list[dict[str, object]] = [{"object": "thing", "variant": "b"}]
+        report = place_world(store, write_world(tmp_path / "w.yaml", "cell", objects))
         assert (report.objects, report.parts, count(store, "object_page")) == (1, 0, 0)
