@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
-from benchmarks.alterations import alter, measure
+from benchmarks.alterations import measure
 from relmodel.app.cli.main import main
 from relmodel.store import Store
 from relmodel.world import place_world
@@ -27,12 +27,6 @@ from vision.cameras.cameras import perturb
 def test_alterations_are_noticed(blocks_seen: Inspection, tmp_path: Path) -> None:
     found = measure(Path(blocks_seen.store), blocks_seen.answer["run"], 1, 3, tmp_path)
     assert [one for one in found if one.noticed_by == "nobody"] == []
-
-
-def test_alterations_are_noticed_on_postgresql(blocks_on_postgresql: Inspection, copy_store: CopyStore) -> None:
-    with Store.open(copy_store(blocks_on_postgresql.store)) as store:
-        found = alter(store, blocks_on_postgresql.answer["run"], "unit_relation", np.random.default_rng(1))
-        assert found.noticed_by != "nobody"
 
 
 RELATION = "a relation is not what its candidates and tolerances give"

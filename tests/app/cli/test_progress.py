@@ -23,7 +23,7 @@ from relmodel.app.cli.main import main
 from relmodel.app.cli.progress import Watch
 from relmodel.progress import Progress
 from relmodel.store import Store, engine
-from tests.app.cli.conftest import Pair, asked
+from tests.app.cli.conftest import Inspection, Pair
 from tests.given import Capsys
 from tests.holding import Holder, held
 from vision.extraction.extract import extract
@@ -72,19 +72,20 @@ def test_progress_stands_on_a_terminal_alone_and_a_reader_is_no_reason_to_refuse
         assert "\r" not in said
         assert told[verb] not in said
     again = str(duckdb_file)
-    monkeypatch.setattr(engine, "READERS_S", 0.0)
-    for verb, call in calls.items():  # in a store of its own, so that all is to be done again, beside a reader
+    for verb, call in calls.items():  # in a store of its own, so that all is to be done again
         call[call.index("--store") + 1] = again
         terminal = Terminal()
         capsys.readouterr()
-        with monkeypatch.context() as patch, held(again, read_only=True):
+        with monkeypatch.context() as patch:
             patch.setattr(sys, "stderr", terminal)
             assert main(call) == 0
         assert told[verb] in terminal.getvalue(), verb
         assert capsys.readouterr().out == quiet[verb]
+    monkeypatch.setattr(engine, "READERS_S", 0.0)
     with held(again, read_only=True):
         for words in ("init", "check", "set box batch 7 --variant A", "prune runs --state killed --yes"):
             assert main([*words.split(), "--store", again]) == 0, words
+        assert main([*calls["load"][:2], "--object", "other", "--unit", "mm", "--store", again]) == 0
 
 
 # What runs took last time, what is told now, and at which second which words stand there.
@@ -234,19 +235,20 @@ RUNS = "SELECT count(*) FROM run"
 
 
 def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
-    blocks_template: Path, blocks_pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+    blocks_template: Path,
+    blocks_seen: Inspection,
+    blocks_pair: Pair,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capsys,
 ) -> None:
     """A reader sees what was there when it came; what a writer keeps from being recorded is kept, and recorded by the
     next command that writes: all rows are those of an inspection that nobody hindered."""
-    held, one_at_a_time, call = list[Holder](), Lock(), ["inspect", *blocks_pair.options(right=None), "--match"]
-    free, store = ((tmp_path / name / "cell.duckdb") for name in ("free", "held"))
-    for folder in (free.parent, store.parent):
-        folder.mkdir()
-        for suffix in ("", ".journal"):
-            shutil.copy(f"{blocks_template}{suffix}", folder / f"cell.duckdb{suffix}")
-    assert main([*call, "--store", str(free)]) == 0
-    run = asked(free, "SELECT max(id) FROM run")[0][0]
-    capsys.readouterr()
+    held, one_at_a_time, run = list[Holder](), Lock(), blocks_seen.answer["run"]
+    store = tmp_path / "held" / "cell.duckdb"
+    store.parent.mkdir()
+    for suffix in ("", ".journal"):
+        shutil.copy(f"{blocks_template}{suffix}", f"{store}{suffix}")
 
     def read_and_extract(*given: Any) -> Any:
         with one_at_a_time:
@@ -264,7 +266,7 @@ def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
     monkeypatch.setattr("vision.inspection.inspection.assess", hold_and_assess)
     monkeypatch.setattr(engine, "READERS_S", 0.0)  # nobody waits for who reads it
     monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
-    status = main([*call, "--store", str(store)])
+    status = main(["inspect", *blocks_pair.options(), "--match", "--store", str(store)])
     _, writer = held
     writer.let_go()
     assert status == 3
@@ -272,6 +274,6 @@ def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
     assert f"in use by process {writer.pid}" in said
     assert f"is kept in {store}.kept-{run}" in said
     Store.open(store).close()
-    assert rows(store) == rows(free)
+    assert rows(store) == rows(blocks_seen.store)
     assert main(["check", "--store", str(store)]) == 0
     assert {path.name for path in store.parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}
