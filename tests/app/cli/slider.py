@@ -42,15 +42,8 @@ def write_world(folder: Path, rig: Path, world_from_rig: npt.ArrayLike, *carrier
     (folder / "rig.yaml").write_text(rig.read_text())
     world = yaml.safe_load((resource_dir("demo") / "world.yaml").read_text())
     for name in carriers:
-        world["objects"].append(
-            {
-                "object": "slider",
-                "name": name,
-                "role": "robot",
-                "world_from_object": BASE.tolist(),
-                "joints": {"travel": TRAVEL},
-            }
-        )
+        placed = {"object": "slider", "name": name, "role": "robot", "joints": {"travel": TRAVEL}}
+        world["objects"].append(placed | {"world_from_object": BASE.tolist()})
     mount = {"rig": "head", "link": "carriage", "carrier_from_rig": carriage_from_rig(world_from_rig).tolist()}
     world["rigs"] = [{"name": "head", "file": "rig.yaml"}]
     world["mounts"] = [{**mount, "on": name} for name in carriers]

@@ -48,10 +48,12 @@ def test_a_camera_is_judged_without_a_blind_one(blocks_template: Path, blocks_pa
     capped = np.clip(np.random.default_rng(1).normal(8, 1, (240, 320)), 0, 255).astype(np.uint8)
     left = np.asarray(cv2.imread(str(blocks_pair.left), cv2.IMREAD_GRAYSCALE))
     pictures: dict[str, Any] = {"a b": left.astype(np.float32) / 255, "capped": np.dstack([capped] * 3)}
-    rig.write_text(yaml.safe_dump({"cameras": dict.fromkeys(pictures, blocks_pair.rig["cameras"]["left"])}))
+    rig.write_text(yaml.safe_dump({"cameras": dict(zip(pictures, blocks_pair.rig["cameras"].values(), strict=True))}))
     with relmodel.open(store, read_only=False) as opened:
         answer = opened.inspect(rig=rig, pictures=pictures, prior=blocks_pair.prior_file, ignore_blind_camera=True)
-        kept = dict(opened.query("SELECT camera, bytes FROM inspection_image JOIN image_blob USING (image_id)"))
+        kept: dict[Any, Any] = dict(
+            opened.query("SELECT camera, bytes FROM inspection_image JOIN image_blob USING (image_id)")
+        )
     assert answer.verdict == "accepted", answer.reason
     assert np.abs(np.array(answer.world_from_rig) - above(0, 0, 520))[:3, 3].max() < 1
     assert answer.notes[0].startswith("camera capped is ignored: camera capped shows next to nothing")

@@ -7,7 +7,7 @@ import math
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -71,10 +71,8 @@ def target(template: str, copy_store: CopyStore) -> str:
 
 
 def test_what_the_file_states_becomes_attributes(template: str) -> None:
-    query = (
-        "SELECT name, value_number, value_text, value_boolean, unit, source FROM current_part_attribute ORDER BY name"
-    )
-    assert asked(template, query) == [
+    values = "name, value_number, value_text, value_boolean, unit, source"
+    assert asked(template, f"SELECT {values} FROM current_part_attribute ORDER BY name") == [  # noqa: S608
         ("colour", None, "#0000ff", None, None, "file"),
         ("density", 2700.0, None, None, "kg/m3", "file"),
         ("material", None, "Al 7075", None, None, "file"),
@@ -188,7 +186,7 @@ def test_nonsense_is_refused_in_one_sentence(new_store: NewStore, capsys: Capsys
         before = asked(store, "SELECT count(*) FROM attribute_log")
         for given, whose, said in NONSENSE:
             with pytest.raises(UsageError) as raised:
-                set_attribute(store, *given, AttributeOwner(variant="A", **whose), text=False)
+                set_attribute(store, *given, cast(AttributeOwner, {"variant": "A", **whose}), text=False)
             answers.append(str(raised.value))
             assert said in answers[-1]
     assert main(["set", PART, "density", "2,7", "--unit", KG, "--arc", "0", "--variant", "A", "--store", target]) == 2

@@ -71,7 +71,7 @@ def test_a_prior_that_the_pictures_contradict_is_said_to(
     covariance = np.diag(np.repeat([10.0**2, np.radians(0.5) ** 2], 3)).tolist()
     prior, store = tmp_path / "prior.json", str(shutil.copy(blocks_template, tmp_path / "cell.duckdb"))
     prior.write_text(json.dumps({"world_from_rig": pose.tolist(), "covariance": covariance}))
-    answer = inspected(store, *blocks_pair.options(prior=prior, right=None))
+    answer = inspected(store, *blocks_pair.options(prior=prior))
     said = re.search(r"the pictures put the rig (\d+) mm, ([0-9.]+) sigma, from the prior", answer["reason"])
     assert said is not None, answer["reason"]
     assert [float(value) for value in said.groups()] == pytest.approx([150, 15], abs=1.5)
