@@ -71,7 +71,7 @@ def test_a_standpoint_that_was_moved_is_named_beside_one_whose_picture_shows_not
     assert outcome.refusal[1].endswith("--ignore-standpoint stop 03")
     page = shown(store, "stop 03 contradicted")
     assert "As camera bright/left shows it" not in page
-    assert page.count("#shot-") == 3
+    assert page.count("#shot-") == 4
 
 
 def shown(store: str, words: str) -> str:
