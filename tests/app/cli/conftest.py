@@ -178,12 +178,6 @@ def loaded(duckdb_template: Path, make_once: MakeOnce) -> Path:
     return make_once("loaded", lambda folder: load_bulkhead(copied(duckdb_template)(folder))) / "cell.duckdb"
 
 
-@pytest.fixture(scope="session")
-def both_loaded(loaded: Path, make_once: MakeOnce) -> Path:
-    """That with variant B beside A, to be copied."""
-    return make_once("both_loaded", lambda folder: load_bulkhead(copied(loaded)(folder), "B")) / "cell.duckdb"
-
-
 def place(target: str, pair: Pair, folder: Path) -> None:
     """Place the bulkhead that a store has, and a slider that carries the rig."""
     slider, world = write_world(folder, pair.rig_file, pair.prior["world_from_rig"], "slider")
@@ -327,11 +321,12 @@ def left_alone(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspe
 
 
 @pytest.fixture(scope="session")
-def other_variant(both_loaded: Path, other_pair: Pair, make_once: MakeOnce) -> Inspection:
+def other_variant(loaded: Path, other_pair: Pair, make_once: MakeOnce) -> Inspection:
     """Variant B in the pictures, variant A in the model, with crops and an overlay."""
 
     def begin(folder: Path) -> str:
-        store, world = copied(both_loaded)(folder), folder / "world.yaml"
+        store, world = copied(loaded)(folder), folder / "world.yaml"
+        load_bulkhead(store, "B")
         world.write_text((DEMO / "world_B.yaml").read_text().replace("variant: B", "variant: A"))
         assert main(["world", str(world), "--store", store]) == 0
         return store

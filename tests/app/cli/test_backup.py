@@ -20,9 +20,9 @@ QUESTIONS = ["SELECT * FROM matched_arc ORDER BY ALL", "SELECT * FROM run_summar
     f"SELECT * FROM {level}_in_{volume} ORDER BY ALL"  # noqa: S608
     for level in ("parts", "features", "surfaces", "arcs")
     for volume in (
-        "box(1650, -480, 960, 1700, -440, 990)",
-        "sphere(1675, -460, 975, 40)",
-        "view((SELECT min(id) FROM camera), 1, 0, 0, 1675, 0, 1, 0, -460, 0, 0, 1, 800, 10, 300)",
+        "box(-60, -60, -5, 60, 60, 40)",
+        "sphere(0, 0, 10, 60)",
+        "view((SELECT min(id) FROM camera), 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -200, 10, 300)",
     )
 ]
 
@@ -36,11 +36,11 @@ def block(language: str) -> str:
 
 @pytest.fixture(scope="module", params=["by program", "restored"])
 def both(
-    request: pytest.FixtureRequest, inspection: Inspection, tmp_path_factory: pytest.TempPathFactory
+    request: pytest.FixtureRequest, blocks_seen: Inspection, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Path]:
     """A store with an inspection, and what the page's commands make of it."""
     folder = tmp_path_factory.mktemp("backup")
-    shutil.copy(inspection.store, folder / "cell.duckdb")
+    shutil.copy(blocks_seen.store, folder / "cell.duckdb")
     programs = Path(sys.executable).parent
     commands = {"by program": [str(programs / "duckdb"), "-bail"], "restored": ["sh", "-e"]}
     typed = block("sh" if request.param == "restored" else "sql")
@@ -76,4 +76,4 @@ def test_all_rows_rules_comments_and_answers_are_equal(both: tuple[Path, Path]) 
             answers.append([connection.execute(asked).fetchall() for asked in QUESTIONS])
     assert answers[0] == answers[1]
     assert all(answers[0])
-    assert main(["set", "bulkhead/BODY", "batch", "7", "--variant", "A", "--store", str(both[1])]) == 0
+    assert main(["set", "blocks", "batch", "7", "--store", str(both[1])]) == 0

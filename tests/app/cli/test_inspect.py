@@ -8,10 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 import yaml
-from scipy.spatial.transform import Rotation
 
 from relmodel.app.cli.main import main
 from relmodel.geometry.transforms import MATRIX_COLUMNS
@@ -20,6 +18,7 @@ from relmodel.world.kinematics import Carrier
 from tests.app.cli.conftest import DEMO, Inspection, Pair, asked, off_truth
 from tests.app.cli.slider import BASE, TRAVEL, carriage, carriage_from_rig, write_world
 from tests.given import Capsys, CopyStore
+from vision.cameras.cameras import perturbation
 from vision.inspection.demonstration import read_truth
 from vision.inspection.inspection_parameters import InspectionParameters
 
@@ -91,15 +90,6 @@ def test_postgresql_gives_the_same_answer(blocks_seen: Inspection, blocks_on_pos
     assert states[0] == states[1]
 
 
-Array = npt.NDArray[np.float64]
-
-
-def delta(a: Array, b: Array) -> Array:
-    """The perturbation (6,) that takes pose a to pose b."""
-    d = np.linalg.inv(a) @ b
-    return np.concatenate([d[:3, 3], Rotation.from_matrix(d[:3, :3]).as_rotvec()])
-
-
 def rows(store: str, table: str, run: int) -> list[dict[str, Any]]:
     found = asked(store, f"SELECT * FROM {table} WHERE run_id = :run", run=run)  # noqa: S608
     return [dict(row._mapping) for row in found]
@@ -111,12 +101,12 @@ def test_the_base_is_corrected_by_closed_form(inspection: Inspection, pair: Pair
     expected = found @ np.linalg.inv(np.array(pair.prior["world_from_rig"])) @ BASE
     assert np.abs(it["world_from_object"] - expected).max() < 1e-7
     assert it["shift_mm"] == pytest.approx(expected[:3, 3] - BASE[:3, 3])
-    assert it["turn_rad"] == pytest.approx(delta(BASE, expected)[3:])
+    assert it["turn_rad"] == pytest.approx(perturbation(BASE, expected)[3:])
     assert (it["carrier"], it["joints"]) == ("slider", {"travel": TRAVEL})
     # And the truth: of 6 degrees of freedom, one in a million is beyond 38.
     base_from_rig = carriage(TRAVEL) @ carriage_from_rig(pair.prior["world_from_rig"])
     truth = read_truth(DEMO / "pair_00_truth.json").world_from_rig
-    off = delta(np.array(it["world_from_object"]), truth @ np.linalg.inv(base_from_rig))
+    off = perturbation(np.array(it["world_from_object"]), truth @ np.linalg.inv(base_from_rig))
     assert off @ np.linalg.solve(it["covariance"], off) < 38
 
 

@@ -83,10 +83,8 @@ def test_a_call_names_one_pair_or_a_list(words: list[str], capsys: Capsys) -> No
 def test_a_failed_pair_leaves_the_others(left_alone: Inspection) -> None:
     told = left_alone.said
     assert left_alone.status == 3
-    assert [(it["pair"], it["of"], it["serial"], it["exit_status"]) for it in told] == [
-        (1, 2, "one", 3),
-        (2, 2, "SN-0042", 0),
-    ]
+    said = [(it["pair"], it["of"], it["serial"], it["exit_status"]) for it in told]
+    assert said == [(1, 2, "one", 3), (2, 2, "SN-0042", 0)]
     assert "there is no image" in told[0]["error"]
     (missing,) = told[0]["pictures"].values()
     assert f"{Path(missing).with_name('pairs.csv')}, line 2: there is no image {missing}" in left_alone.told
@@ -118,16 +116,16 @@ def test_a_session_writes_the_rows_of_a_list_and_sees_a_new_revision_of_the_worl
     tmp_path: Path,
 ) -> None:
     """To the last digit, and what fails leaves it as it was."""
-    carrier = relmodel.Carrier(
-        None, {"travel": TRAVEL + 6}, {"travel": 4.0}, base_covariance(2.0, 0.3), (2.0, np.radians(0.3))
-    )
-    given: dict[str, Any] = {
-        "pictures": {"left": pair.left},
-        "prior": pair.prior_file,
-        "carrier": carrier,
-        "serial": "SN-0042",
-    }
-    target, scenes = copy_store(inspection.store), count_scenes(monkeypatch)
+    base = base_covariance(2.0, 0.3), (2.0, np.radians(0.3))
+    given: dict[str, Any] = {"pictures": {"left": pair.left}, "prior": pair.prior_file, "serial": "SN-0042"}
+    given["carrier"] = relmodel.Carrier(None, {"travel": TRAVEL + 6}, {"travel": 4.0}, *base)
+    target, scenes = copy_store(inspection.store), list[int]()
+
+    def reading(*of: Any) -> Any:
+        scenes.append(of[2])
+        return read_scene(*of)
+
+    monkeypatch.setattr("vision.scene.read_scene", reading)
     with relmodel.open(target, read_only=False) as store, store.session(rig=pair.rig_file, needs="5mm,1deg") as session:
         with pytest.raises(InputError, match="there is no image"):
             session.inspect(pictures={"left": tmp_path / "nothing.png"}, serial="one")
@@ -158,15 +156,3 @@ def less_exact(pair: Pair, folder: Path) -> Path:
         placed["tolerance_mm"] = 0.3
     file.write_text(yaml.safe_dump(world))
     return file
-
-
-def count_scenes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The worlds whose scenes are read from now on."""
-    worlds: list[int] = []
-
-    def reading(*given: Any) -> Any:
-        worlds.append(given[2])
-        return read_scene(*given)
-
-    monkeypatch.setattr("vision.scene.read_scene", reading)
-    return worlds

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
@@ -23,7 +23,7 @@ from relmodel.app.cli.main import main
 from relmodel.app.cli.progress import Watch
 from relmodel.progress import Progress
 from relmodel.store import Store, engine
-from tests.app.cli.conftest import Pair, asked
+from tests.app.cli.conftest import Inspection, Pair, asked, copied
 from tests.given import Capsys
 from tests.holding import Holder, held
 from vision.extraction.extract import extract
@@ -66,25 +66,26 @@ def test_progress_stands_on_a_terminal_alone_and_a_reader_is_no_reason_to_refuse
 ) -> None:
     told = {"load": "storing", "world": "placing its objects", "diff": "comparing parts", "export": "writing"}
     quiet: dict[str, str] = {}
-    for verb, call in calls.items():
-        assert main(call) == 0
+    for verb in ("load", "diff"):
+        assert main(calls[verb]) == 0
         quiet[verb], said = capsys.readouterr()
         assert "\r" not in said
         assert told[verb] not in said
     again = str(duckdb_file)
-    monkeypatch.setattr(engine, "READERS_S", 0.0)
-    for verb, call in calls.items():  # in a store of its own, so that all is to be done again, beside a reader
+    for verb, call in calls.items():  # in a store of its own, so that all is to be done again
         call[call.index("--store") + 1] = again
         terminal = Terminal()
         capsys.readouterr()
-        with monkeypatch.context() as patch, held(again, read_only=True):
+        with monkeypatch.context() as patch:
             patch.setattr(sys, "stderr", terminal)
             assert main(call) == 0
         assert told[verb] in terminal.getvalue(), verb
-        assert capsys.readouterr().out == quiet[verb]
+        assert capsys.readouterr().out == quiet.get(verb, "")
+    monkeypatch.setattr(engine, "READERS_S", 0.0)
     with held(again, read_only=True):
         for words in ("init", "check", "set box batch 7 --variant A", "prune runs --state killed --yes"):
             assert main([*words.split(), "--store", again]) == 0, words
+        assert main([*calls["load"][:2], "--object", "other", "--unit", "mm", "--store", again]) == 0
 
 
 # What runs took last time, what is told now, and at which second which words stand there.
@@ -197,56 +198,43 @@ def test_an_interrupt_from_the_terminal_ends_the_child_that_reads_too(duckdb_tem
     assert content(store) == was
 
 
-def interrupted_when(ready: Callable[[], bool], words: list[str]) -> None:
-    """Run the program, send it SIGINT as soon as it is ready for that, and check how it ends."""
-    with subprocess.Popen([sys.executable, "-m", "relmodel", *words], stderr=subprocess.PIPE, text=True) as process:
-        while process.poll() is None and not ready():
-            time.sleep(0.02)
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate()
-    assert said.endswith(f"relmodel {words[0]}: {INTERRUPTED}\n")  # after how long it took so far, on a slow machine
-    assert process.returncode in INTERRUPTED_STATUSES
-
-
 def test_an_interrupted_inspection_keeps_what_its_pictures_show(
-    blocks_template: Path, blocks_pair: Pair, tmp_path: Path
+    blocks_template: Path, blocks_pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    """Sent once the run has committed twice, that it began and what its pictures show: which is kept, and says nothing
-    of the model."""
-    store, journal = tmp_path / "cell.duckdb", tmp_path / "cell.duckdb.journal"
-    shutil.copy(blocks_template, store)
-    shutil.copy(f"{blocks_template}.journal", journal)
-    was, lines = content(store), len(journal.read_bytes().splitlines())
-    words = ["inspect", *blocks_pair.options(), "--store", str(store)]
-    interrupted_when(lambda: len(journal.read_bytes().splitlines()) >= lines + 2, words)
+    """Once that is committed; it says nothing of the model."""
+    store, words = copied(blocks_template)(tmp_path), blocks_pair.options(right=None)
+    was = content(store)
+    monkeypatch.setattr("vision.inspection.inspection.Locator", lambda *_: os.kill(os.getpid(), signal.SIGINT))
+    assert main(["inspect", *words, "--store", store]) == 130
+    assert capsys.readouterr().err.endswith(f"relmodel inspect: {INTERRUPTED}\n")
     now = content(store)
     changed = {name for name in now if now[name] != was[name]}
     assert {"extraction", "image_arc"} <= changed
     of_pictures = ("image", "extraction", "edge_", "unit", "unit_", "camera", "rig", "row_digest", "ellipse", "region_")
     assert not [name for name in changed if not name.startswith(of_pictures)]
-    with duckdb.connect(str(store), read_only=True) as connection:
-        ended = connection.sql("SELECT kind, state, message FROM run_summary ORDER BY run_id DESC LIMIT 1").fetchall()
+    ended = asked(store, "SELECT kind, state, message FROM run_summary ORDER BY run_id DESC LIMIT 1")
     assert ended == [("inspect", "failed", "interrupted")]
-    assert main(["check", "--store", str(store)]) == 0
+    assert main(["check", "--store", store]) == 0
 
 
 RUNS = "SELECT count(*) FROM run"
 
 
 def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
-    blocks_template: Path, blocks_pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+    blocks_template: Path,
+    blocks_seen: Inspection,
+    blocks_pair: Pair,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capsys,
 ) -> None:
     """A reader sees what was there when it came; what a writer keeps from being recorded is kept, and recorded by the
     next command that writes: all rows are those of an inspection that nobody hindered."""
-    held, one_at_a_time, call = list[Holder](), Lock(), ["inspect", *blocks_pair.options(right=None), "--match"]
-    free, store = ((tmp_path / name / "cell.duckdb") for name in ("free", "held"))
-    for folder in (free.parent, store.parent):
-        folder.mkdir()
-        for suffix in ("", ".journal"):
-            shutil.copy(f"{blocks_template}{suffix}", folder / f"cell.duckdb{suffix}")
-    assert main([*call, "--store", str(free)]) == 0
-    run = asked(free, "SELECT max(id) FROM run")[0][0]
-    capsys.readouterr()
+    held, one_at_a_time, run = list[Holder](), Lock(), blocks_seen.answer["run"]
+    store = tmp_path / "held" / "cell.duckdb"
+    store.parent.mkdir()
+    for suffix in ("", ".journal"):
+        shutil.copy(f"{blocks_template}{suffix}", f"{store}{suffix}")
 
     def read_and_extract(*given: Any) -> Any:
         with one_at_a_time:
@@ -264,7 +252,7 @@ def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
     monkeypatch.setattr("vision.inspection.inspection.assess", hold_and_assess)
     monkeypatch.setattr(engine, "READERS_S", 0.0)  # nobody waits for who reads it
     monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
-    status = main([*call, "--store", str(store)])
+    status = main(["inspect", *blocks_pair.options(), "--match", "--store", str(store)])
     _, writer = held
     writer.let_go()
     assert status == 3
@@ -272,6 +260,6 @@ def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
     assert f"in use by process {writer.pid}" in said
     assert f"is kept in {store}.kept-{run}" in said
     Store.open(store).close()
-    assert rows(store) == rows(free)
+    assert rows(store) == rows(blocks_seen.store)
     assert main(["check", "--store", str(store)]) == 0
     assert {path.name for path in store.parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from relmodel.app.attributes import AttributeOwner, set_attribute
 from relmodel.app.cli.main import main
+from relmodel.errors import UsageError
 from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Pmi, Shape
 from relmodel.names import visible
 from relmodel.readers import urdf
@@ -18,7 +22,7 @@ from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from tests.app.cli.conftest import asked
-from tests.given import Capsys, NewStore
+from tests.given import Capsys, CopyStore, NewStore
 from tests.reading import store_model
 from tests.synthetic_model import write_world
 
@@ -37,15 +41,8 @@ def labelled_box() -> Shape:
 def filled(store: Store, density: float = 2.7, variant: str = "A") -> None:
     """A box with attributes as a file states them, twice in an object, and a pin without any."""
     stated: list[Attribute] = [("density", density * 1000, "kg/m3"), ("revision", "C", None), ("released", True, None)]
-    flat = Pmi(
-        "tolerance",
-        "flatness",
-        "",
-        0.05,
-        unit="mm",
-        datums=((1, "A", None), (2, "B", None)),
-        surfaces=((3, "feature"),),
-    )
+    datums = ((1, "A", None), (2, "B", None))
+    flat = Pmi("tolerance", "flatness", "", 0.05, unit="mm", datums=datums, surfaces=((3, "feature"),))
     box = Part("BOX-1", "box", 0, "Al 7075", "#0000ff", tuple(stated), (flat,))
     shapes = (labelled_box(), urdf.primitive("cylinder", 5, 40))
     aside = np.eye(4)
@@ -58,19 +55,24 @@ def filled(store: Store, density: float = 2.7, variant: str = "A") -> None:
     store_model(store, model, "thing", variant)
 
 
-@pytest.fixture
-def target(fresh_store: str, tmp_path: Path) -> str:
-    with Store.open(fresh_store) as store:
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def template(request: pytest.FixtureRequest, new_store: NewStore, tmp_path_factory: pytest.TempPathFactory) -> str:
+    target = new_store(request.param)
+    with Store.open(target) as store:
         filled(store)
-        place_world(store, write_world(tmp_path / "w.yaml", "cell", [{"object": "thing", "variant": "A"}]))
-    return fresh_store
+        world = write_world(tmp_path_factory.mktemp("set") / "w.yaml", "cell", [{"object": "thing", "variant": "A"}])
+        place_world(store, world)
+    return target
 
 
-def test_what_the_file_states_becomes_attributes(target: str) -> None:
-    query = (
-        "SELECT name, value_number, value_text, value_boolean, unit, source FROM current_part_attribute ORDER BY name"
-    )
-    assert asked(target, query) == [
+@pytest.fixture
+def target(template: str, copy_store: CopyStore) -> str:
+    return copy_store(template)
+
+
+def test_what_the_file_states_becomes_attributes(template: str) -> None:
+    values = "name, value_number, value_text, value_boolean, unit, source"
+    assert asked(template, f"SELECT {values} FROM current_part_attribute ORDER BY name") == [  # noqa: S608
         ("colour", None, "#0000ff", None, None, "file"),
         ("density", 2700.0, None, None, "kg/m3", "file"),
         ("material", None, "Al 7075", None, None, "file"),
@@ -78,15 +80,15 @@ def test_what_the_file_states_becomes_attributes(target: str) -> None:
         ("revision", None, "C", None, None, "file"),
     ]
     query = "SELECT surface_no, name, value_text FROM surface_attribute ORDER BY surface_no"
-    assert asked(target, query) == [(0, "colour", "#ff0000"), (1, "layer", "mating"), (2, "colour", "#ff0000")]
-    assert asked(target, "SELECT arc_no, name, value_text FROM arc_attribute") == [(0, "name", "datum edge")]
+    assert asked(template, query) == [(0, "colour", "#ff0000"), (1, "layer", "mating"), (2, "colour", "#ff0000")]
+    assert asked(template, "SELECT arc_no, name, value_text FROM arc_attribute") == [(0, "name", "datum edge")]
     query = "SELECT o.name, a.name, a.value_number FROM object_attribute AS a JOIN object AS o ON o.id = a.object_id"
-    assert asked(target, query) == [("inner", "mass", 0.5)]
-    ((mass, volume),) = asked(target, "SELECT mass, volume FROM part_mass")
+    assert asked(template, query) == [("inner", "mass", 0.5)]
+    ((mass, volume),) = asked(template, "SELECT mass, volume FROM part_mass")
     assert volume == pytest.approx(1e6)  # 100 x 200 x 50
     assert mass == pytest.approx(2.7)
     query = "SELECT surface_no, kind, type, value, unit, datums FROM surface_pmi"
-    assert asked(target, query) == [(3, "tolerance", "flatness", 0.05, "mm", "A, B")]
+    assert asked(template, query) == [(3, "tolerance", "flatness", 0.05, "mm", "A, B")]
 
 
 def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: Capsys) -> None:
@@ -150,44 +152,47 @@ def test_what_is_set_stays_with_what_stays(target: str, tmp_path: Path) -> None:
     assert asked(target, query) == [(2, 3.0)]
 
 
-NONSENSE = [
-    (("thing/left", "density", "2700"), "the density 2700 has no unit: give one of kg/m3"),
-    (("thing/left", "density", "2.7", "--unit", "mm"), "has the unit mm, which is one of length"),
-    (("thing/left", "density", "-3", "--unit", "kg/m3"), "a number above zero"),
-    (("thing/left", "density", "2,70", "--unit", "g/cm3"), "density 2,70 has a comma where a number has a point"),
-    (("thing/left", "density", "2700", "--unit", "g/cm3"), "would have 2.7e+06 kg/m3, and materials have 10 to 25"),
-    (("thing", "density", "3", "--unit", "kg/m3"), "density applies to a part, and object thing is not one"),
-    (("thing/left", "mass", "3", "--unit", "stone"), "the unit 'stone' is unknown: use one of"),
-    (("thing/left", "a", "nan"), "give a finite number"),
-    (("thing/left", "a", ""), "is empty"),
-    (("thing/left", "a\x1b[31m", "1"), "invalid attribute name"),
-    (("thing/left", "finish", "rough", "--unit", "mm"), "not a number: leave the unit 'mm' out"),
-    (("thing/left", "material", "7075"), "material takes a text"),
-    (("thing/left", "colour", "red"), "is not #rrggbb"),
-    (("thing/lift", "a", "1"), "there is no lift in thing variant A: did you mean thing/left?"),
-    (("thong", "a", "1"), "there is no object thong variant A"),
-    (("thing/left", "a", "1", "--surface", "6"), "part BOX-1 has no surface 6: it has surfaces 0 to 5"),
-    (("thing/left", "a", "1", "--arc", "-1"), "part BOX-1 has no arc -1: it has arcs 0 to 11"),
-    (("thing/inner", "a", "1", "--arc", "1"), "surfaces and arcs are of parts"),
-    (("thing/left", "a", "1", "--arc", "1", "--surface", "1"), "name one of them"),
-    (("cell", "a", "1", "--world"), "a world has no variant"),
-    (("thing", "tolerance_mm", "0.3"), "tolerance_mm is read from the world file: write it there"),
+KG, PART = "kg/m3", "thing/left"
+NONSENSE: list[tuple[tuple[str, str, Any, str | None], dict[str, Any], str]] = [
+    ((PART, "density", 2700.0, None), {}, "the density 2700 has no unit: give one of kg/m3"),
+    ((PART, "density", 2.7, "mm"), {}, "has the unit mm, which is one of length"),
+    ((PART, "density", -3.0, KG), {}, "a number above zero"),
+    ((PART, "density", "2,70", "g/cm3"), {}, "density 2,70 has a comma where a number has a point"),
+    ((PART, "density", 2700.0, "g/cm3"), {}, "would have 2.7e+06 kg/m3, and materials have 10 to 25"),
+    (("thing", "density", 3.0, KG), {}, "density applies to a part, and object thing is not one"),
+    ((PART, "mass", 3.0, "stone"), {}, "the unit 'stone' is unknown: use one of"),
+    ((PART, "a", math.nan, None), {}, "give a finite number"),
+    ((PART, "a", "", None), {}, "is empty"),
+    ((PART, "a\x1b[31m", 1.0, None), {}, "invalid attribute name"),
+    ((PART, "finish", "rough", "mm"), {}, "not a number: leave the unit 'mm' out"),
+    ((PART, "material", 7075.0, None), {}, "material takes a text"),
+    ((PART, "colour", "red", None), {}, "is not #rrggbb"),
+    (("thing/lift", "a", 1.0, None), {}, "there is no lift in thing variant A: did you mean thing/left?"),
+    (("thong", "a", 1.0, None), {}, "there is no object thong variant A"),
+    ((PART, "a", 1.0, None), {"surface": 6}, "part BOX-1 has no surface 6: it has surfaces 0 to 5"),
+    ((PART, "a", 1.0, None), {"arc": -1}, "part BOX-1 has no arc -1: it has arcs 0 to 11"),
+    (("thing/inner", "a", 1.0, None), {"arc": 1}, "surfaces and arcs are of parts"),
+    ((PART, "a", 1.0, None), {"arc": 1, "surface": 1}, "name one of them"),
+    (("cell", "a", 1.0, None), {"world": True}, "a world has no variant"),
+    (("thing", "tolerance_mm", 0.3, None), {}, "tolerance_mm is read from the world file: write it there"),
 ]
 
 
 def test_nonsense_is_refused_in_one_sentence(new_store: NewStore, capsys: Capsys) -> None:
     """And leaves the store as it was, but for the run that failed, with that sentence."""
-    store = new_store("duckdb")
-    with Store.open(store) as opened:
-        filled(opened)
-    before = asked(store, "SELECT count(*) FROM attribute_log")
-    answers = []
-    for words, said in NONSENSE:
-        assert main(["set", *words, "--variant", "A", "--store", store]) == 2
-        answers.append(capsys.readouterr().err)
-        assert said in answers[-1]
-        assert answers[-1].count("\n") == 1
-    assert asked(store, "SELECT count(*) FROM attribute_log") == before
-    runs = asked(store, "SELECT state, message FROM run_summary WHERE kind = 'set' ORDER BY run_id")
-    expected = [("failed", answer.partition(": ")[2].rstrip("\n")) for answer in answers]
-    assert [(state, visible(message)) for state, message in runs] == expected
+    target, answers = new_store("duckdb"), []
+    with Store.open(target) as store:
+        filled(store)
+        before = asked(store, "SELECT count(*) FROM attribute_log")
+        for given, whose, said in NONSENSE:
+            with pytest.raises(UsageError) as raised:
+                set_attribute(store, *given, cast(AttributeOwner, {"variant": "A", **whose}), text=False)
+            answers.append(str(raised.value))
+            assert said in answers[-1]
+    assert main(["set", PART, "density", "2,7", "--unit", KG, "--arc", "0", "--variant", "A", "--store", target]) == 2
+    answer = capsys.readouterr().err
+    assert answer.count("\n") == 1
+    answers.append(answer.partition(": ")[2].rstrip("\n"))
+    assert asked(target, "SELECT count(*) FROM attribute_log") == before
+    runs = asked(target, "SELECT state, message FROM run_summary WHERE kind = 'set' ORDER BY run_id")
+    assert [(state, visible(message)) for state, message in runs] == [("failed", visible(said)) for said in answers]

@@ -1,11 +1,10 @@
-"""`relmodel inspect` without a prior: the join of circles finds the pose, and rows say that there was no prior."""
+"""`relmodel inspect` with no prior that is given, or a wrong one: joints, straight edges, or what is said instead."""
 
 from __future__ import annotations
 
 import json
 import re
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,62 +16,14 @@ from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
-from relmodel.resources import resource_dir
 from relmodel.store import Store
-from tests.app.cli.conftest import (
-    Inspection,
-    Pair,
-    asked,
-    copied,
-    halve_cameras,
-    inspect_once,
-    inspected,
-    off_truth,
-)
+from tests.app.cli.conftest import Pair, asked, copied, halve_cameras, inspected, off_truth
 from tests.app.cli.slider import BASE
-from tests.given import Capsys, MakeOnce
+from tests.given import Capsys
 from tests.json_schema import violations
 from tests.vision.localisation.scenes import above
 
 CHECKOUT = Path(__file__).parents[3]
-
-
-def floor(template: Path) -> Callable[[Path], str]:
-    """What begins with a copy of the store, with a world besides, `floor`, that does not mount the rig."""
-
-    def begin(folder: Path) -> str:
-        store = str(shutil.copy(template, folder / "cell.duckdb"))
-        world = yaml.safe_load((resource_dir("demo") / "world.yaml").read_text())
-        (folder / "floor.yaml").write_text(yaml.safe_dump(world | {"world": "floor"}))
-        assert main(["world", str(folder / "floor.yaml"), "--store", store]) == 0
-        return store
-
-    return begin
-
-
-@pytest.fixture(scope="session")
-def found(bulkhead_template: Path, pair: Pair, make_once: MakeOnce) -> Inspection:
-    """The pair inspected without a prior, by a rig that nothing carries."""
-    given = [*pair.options(prior=None), "--world", "floor"]
-    return inspect_once(make_once, "without_prior", floor(bulkhead_template), *given)
-
-
-def test_the_pose_is_found_wherever_the_pair_was_taken_and_rows_say_that_there_was_no_prior(found: Inspection) -> None:
-    assert found.answer["verdict"] == "accepted", found.answer["reason"]
-    error = off_truth(found.answer)
-    assert error.target_mm < 0.3
-    assert error.rotation_deg < 0.05
-    assert "prior" not in found.answer["reason"]
-    run = found.answer["run"]
-
-    def ask(question: str) -> list[Any]:
-        return asked(found.store, f"{question} WHERE run_id = :run", run=run)
-
-    assert ask("SELECT m00, prior_covariance FROM inspection") == [(None, None)]
-    assert set(ask("SELECT DISTINCT distance FROM hypothesis")) == {(None,)}
-    assert "prior" not in [row.rule for row in ask("SELECT rule FROM why_verdict")]
-    assert "prior" not in [row.role for row in ask("SELECT role FROM run_input")]
-    assert {row.stage: row.looked_at for row in ask("SELECT stage, looked_at FROM search_pose")}["join"] >= 1
 
 
 def test_the_joints_of_what_carries_the_rig_are_a_prior_and_the_scan_needs_no_circles(
