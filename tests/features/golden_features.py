@@ -11,8 +11,6 @@ from typing import Any
 import numpy as np
 
 from relmodel.features import Feature, recognise
-from tests.features.feature_scores import WITHOUT_TRUTH, Scores
-from tests.parts.solids import Known
 from tests.reading import shared
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -20,25 +18,21 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 Row = dict[str, Any]
 
 
-def score_bulkhead(variant: str) -> Scores:
-    """Scores of the body of a variant; patterns have no row, nor has the body."""
+def missed_and_false(variant: str) -> tuple[list[str], list[str]]:
+    """Of the body of a variant: what of its list is not found, and what is found that is not on it; patterns have no
+    row, nor has the body."""
     folder = "demo" if variant in "AB" else "bulkhead/variants"
     model = shared(EXAMPLES / folder / f"bulkhead_{variant}.step.gz")
     rows = json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{variant}.json").read_text())["features"]
     (body,) = (p.shape for p in model.parts if "BODY" in p.name)
-    left = [f for f in recognise(model.shapes[body]) if f.kind not in WITHOUT_TRUTH and not f.kind.endswith("_pattern")]
-    out = Scores()
-    out.found.update(f.kind for f in left)
+    left = [f for f in recognise(model.shapes[body]) if f.kind != "body" and not f.kind.endswith("_pattern")]
+    missed = []
     for row, kind, is_it in _expected(rows):
-        out.known[kind] += 1
         hit = next((f for f in left if f.kind == kind and is_it(f)), None)
         if hit is None:
-            out.missed.append((variant, Known(f"{kind} {row['name']}", (), {})))
-        else:
-            out.matched[kind] += 1
-            left = [f for f in left if f is not hit]
-    out.false = [(variant, f) for f in left]
-    return out
+            missed.append(f"{kind} {row['name']}")
+        left = [f for f in left if f is not hit]
+    return missed, [f.name for f in left]
 
 
 def _expected(rows: list[Row]) -> list[tuple[Row, str, Callable[[Feature], bool]]]:

@@ -1,9 +1,9 @@
-"""Solids that the CAD kernel makes, a part under construction, and what is known of its features."""
+"""Solids that the CAD kernel makes, and a part under construction."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,19 +26,9 @@ Point = tuple[float, float, float]
 Rng = np.random.Generator
 
 
-@dataclass(frozen=True)
-class Known:
-    """A feature that an operation makes: `at` are the points that may be its origin (a through hole has two mouths)."""
-
-    kind: str
-    at: tuple[Point, ...]
-    dimensions: dict[str, float]
-
-
 @dataclass
 class Part:
     body: Any
-    features: list[Known] = field(default_factory=list)
 
     def cut(self, *tools: Any) -> None:
         for tool in tools:
@@ -50,10 +40,6 @@ class Part:
         unify = ShapeUpgrade_UnifySameDomain(self.body, True, True, False)
         unify.Build()
         self.body = unify.Shape()
-
-    def know(self, kind: str, at: Point | tuple[Point, ...], **dimensions: float) -> None:
-        points = at if isinstance(at[0], tuple) else (at,)
-        self.features.append(Known(kind, points, dimensions))
 
 
 def uniform(rng: Rng, low: float, high: float) -> float:
@@ -152,14 +138,6 @@ def carried(body: Any, move: Floats) -> Any:
 
 def turned(part: Part, rng: Rng) -> Part:
     spin, shift = gp_Trsf(), gp_Trsf()
-    axis = rng.normal(size=3)
-    spin.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(*axis)), float(rng.uniform(0, 3)))
+    spin.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(*rng.normal(size=3))), float(rng.uniform(0, 3)))
     shift.SetTranslation(gp_Vec(*rng.uniform(-200, 200, 3)))
-    move = shift * spin
-
-    def moved(p: Point) -> Point:
-        q = gp_Pnt(*p).Transformed(move)
-        return (q.X(), q.Y(), q.Z())
-
-    body = BRepBuilderAPI_Transform(part.body, move, True).Shape()
-    return Part(body, [replace(f, at=tuple(moved(p) for p in f.at)) for f in part.features])
+    return Part(BRepBuilderAPI_Transform(part.body, shift * spin, True).Shape())

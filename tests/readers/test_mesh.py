@@ -18,7 +18,7 @@ from relmodel.model.model import Shape
 from relmodel.readers.mesh import read
 from relmodel.readers.mesh.read import read_mesh
 from relmodel.readers.mesh.shape import shape_from_triangles
-from tests.parts.curved_parts import generate
+from tests.parts.curved_parts import rounded
 from tests.parts.tessellations import extracted
 from tests.reading import shared
 
@@ -278,7 +278,7 @@ def test_a_mesh_without_area_is_refused(faces: str, tmp_path: Path) -> None:
 
 
 def test_round_parts_have_the_areas_by_kind_of_their_exact_model() -> None:
-    exact = extracted(generate(4))
+    exact = extracted(rounded())
     shape = shape_from_triangles(
         exact.mesh.vertices.astype(np.float32).astype(float), exact.mesh.triangles.astype(np.int64)
     )
