@@ -7,51 +7,68 @@ import re
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
+import sqlalchemy as sa
 
 from relmodel.errors import InputError
+from relmodel.loading.load import load as load_as_users_do
 from relmodel.readers import ReadOptions, read
 from relmodel.readers.step import part21
 from relmodel.readers.step.part21 import Instances
 from relmodel.store import Store
-from tests.readers.damage import damaged, load_damaged
 from tests.reading import load
 
-# Of each kind one, which come to different ends.
-DAMAGED = (
-    ("cube-in.step", "truncation", 0),
-    ("conical-surface.step", "byte flips", 0),
-    ("cube-in.step", "dropped lines", 1),
-    ("cube-in.step", "digit noise", 0),
-)
+# What a refused load may leave: the run, and why.
+OF_RUNS = {"run", "run_input", "run_event", "load_report", "load_finding", "ledger"}
+
+
+def counts(store: Store) -> dict[str, int]:
+    """Rows of every table but those."""
+    with store.read() as connection:
+        names = [r.relation for r in connection.execute(store.table("sds_relation").select()) if r.standing != "view"]
+        kept = [name for name in names if name not in OF_RUNS]
+        rows = (sa.select(sa.literal(name), sa.func.count()).select_from(store.table(name)) for name in kept)
+        return {name: int(count) for name, count in connection.execute(sa.union_all(*rows))}
+
+
+def with_wrong_digits(text: bytes) -> bytes:
+    """A cube's file with digits that let the kernel crash."""
+    rng, out = np.random.default_rng([3, 0]), bytearray(text)
+    digits = [m.start() for m in re.finditer(rb"[0-9]", text[text.index(b"DATA;") :])]
+    for at in rng.choice(digits, int(rng.choice([1, 3, 10, 50])), replace=False).tolist():
+        out[text.index(b"DATA;") + at] = ord("0") + int(rng.integers(10))
+    return bytes(out)
 
 
 @pytest.mark.data
-def test_a_damaged_file_is_refused_or_sound(data_dir: Path, duckdb_file: Path, tmp_path: Path) -> None:
-    """What is refused for lost faces is loaded again as with --allow-partial."""
-    outcomes = []
+def test_damaged_files_are_refused_in_a_sentence_and_leave_nothing(
+    data_dir: Path, duckdb_file: Path, tmp_path: Path
+) -> None:
+    """Read by a child as by users.  What is refused for lost faces loads in part where that is asked for."""
+    cube = (data_dir / "step/cube-in.step").read_bytes()
+    lost = tmp_path / "lost.step"
+    files = {
+        tmp_path / "cut.step": (cube[: len(cube) // 2], "is cut off"),
+        lost: (re.sub(rb"(ADVANCED_FACE.*?= )PLANE\(", rb"\1NONE(", cube, count=1, flags=re.DOTALL), "1 of 6 faces"),
+        tmp_path / "wrong.step": (with_wrong_digits(cube), r"crashed \(SIGSEGV\)"),
+        data_dir / "damaged/select_segfault_2.stp": (None, "holds no face"),
+        data_dir / "damaged/advanced-face-inline-cylinder-malformed.step": (None, "could not be read"),
+    }
     with Store.open(duckdb_file) as store:
-        for name, kind, seed in DAMAGED:
-            copy = tmp_path / name
-            copy.write_bytes(damaged((data_dir / "step" / name).read_bytes(), kind, seed))
-            for partly in (False, True):
-                got = load_damaged(store, copy, allow_partial=partly, time_limit_s=30)
-                outcomes.append(got.outcome)
-                assert got.outcome != "other", got
-                assert not got.faults, got
-                if got.outcome != "lost faces":
-                    break
-    assert len(set(outcomes)) > 3
-
-
-@pytest.mark.data
-def test_files_that_parsers_trip_over_are_refused(data_dir: Path, duckdb_file: Path) -> None:
-    """One whose text shows it and one that only the kernel finds."""
-    with Store.open(duckdb_file) as store:
-        for name in ("select_segfault_2.stp", "advanced-face-inline-cylinder-malformed.step"):
-            got = load_damaged(store, data_dir / "damaged" / name, allow_partial=False, time_limit_s=30)
-            assert got.outcome in ("before the kernel", "kernel failed", "child killed"), (name, got)
-            assert not got.faults, got
+        before = counts(store)
+        for path, (content, said) in files.items():
+            if content is not None:
+                path.write_bytes(content)
+            with pytest.raises(InputError, match=said) as error:
+                load_as_users_do(store, path, name="part", time_limit_s=30)
+            assert error.value.exit_status == 3
+            assert "\n" not in str(error.value)
+            assert path.name in str(error.value)
+            assert counts(store) == before
+        report = load_as_users_do(store, lost, name="part", allow_partial=True)
+        assert (report.status, report.faces_in_file, report.faces_loaded) == ("partial", 6, 5)
+        assert report.message == "the file lists 6 faces and 5 were read"
 
 
 def altered(path: Path, pattern: str, new: str, to: Path) -> Path:
