@@ -58,15 +58,19 @@ def test_dimensions_tolerances_and_datums_are_those_of_the_text(data_dir: Path, 
     path = data_dir / "step" / name
     stated = [one.pmi for one in _PmiReader(Instances(path.read_bytes())).all(Findings())]
     said = {kind: [one for one in stated if one.kind == kind] for kind in ("dimension", "tolerance", "datum")}
-    kinds = found(path, r"DIMENSIONAL_SIZE\(#\d+,'([^']*)'") + found(
-        path, r"(?:DIMENSION|ANGUL)AL?R?_LOCATION\('([^']*)'"
-    )
+    kinds = found(path, r"DIMENSIONAL_SIZE\(#\d+,'([^']*)'")
+    kinds += found(path, r"(?:DIMENSION|ANGUL)AL?R?_LOCATION\('([^']*)'")
     assert Counter(one.type.replace(" ", "") for one in said["dimension"]) == Counter(kinds)
     tolerances = found(path, r"(FLATNESS|PERPENDICULARITY|POSITION|SURFACE_PROFILE|LINE_PROFILE)_TOLERANCE\(")
     assert Counter(one.type.replace(" ", "_").upper() for one in said["tolerance"]) == Counter(tolerances)
     datums = Counter(one.type for one in said["datum"])
     assert datums["feature"] == len(found(path, r"=DATUM_FEATURE\("))
     assert datums["target"] == len(found(path, r"=PLACED_DATUM_TARGET_FEATURE\("))
+    targets = found(path, r"=PLACED_DATUM_TARGET_FEATURE\('[^']*','(\w*)',#\d+,\.T\.,'(\w*)'\)")
+    assert Counter(one.modifier for one in said["datum"] if one.type == "target") == Counter(map(" ".join, targets))
+    modified = found(path, r"GEOMETRIC_TOLERANCE_WITH_MODIFIERS\(\(\.(\w+)\.\)\)")
+    modifiers = (one.modifier for one in said["tolerance"] if one.modifier)
+    assert Counter(word.replace(" ", "_").upper() for word in modifiers) == Counter(modified)
     letters = set(found(path, r"=DATUM\('',\$,#\d+,\.F\.,'(\w)'\)"))
     assert {one.datums[0][1] for one in said["datum"]} == letters
     assert {letter for one in said["tolerance"] for _, letter, _ in one.datums} <= letters
