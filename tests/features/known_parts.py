@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from math import atan2, cos, pi, sin, sqrt, tan
 
 import numpy as np
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone
-from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone, BRepPrimAPI_MakePrism
+from OCP.gp import gp_Ax2, gp_Dir, gp_Elips, gp_Pnt, gp_Vec
 
 from relmodel.features import Feature
 from tests.parts.curved_parts import revolved
@@ -123,8 +124,8 @@ def slotted_block() -> Work:
     part.say("open_slot", (245, 22.5, h - 15), UP, Y, length=45, width=14, depth=15, fillet_radius=15)
     part.cut(box((276, 60, 20), (301, 70, 60)))
     part.say("open_slot", (276, 65, 35), X, UP, length=30, width=10, depth=24)
-    part.cut(box((-1, -1, -1), (301, 8, 6)))
-    part.say("step", (150, 4, 6), DOWN, X, length=300, width=8, depth=6)
+    part.cut(prism([(-1, y, z) for y, z in ((-1, -1), (13, -0.5), (10, 7), (-1, 7))], (302, 0, 0)))
+    part.say("step", (150, 5, 7), DOWN, X, length=300, width=10, depth=7)
     # Two planes that lean back: the greater is the floor, from (91, 0) to (95, 6), and the other rises to (100, 8).
     part.cut(prism([(-1, y, z) for y, z in ((101, -1), (91, -1), (91, 0), (95, 6), (100, 8), (101, 8))], (302, 0, 0)))
     lean = sqrt(52)
@@ -284,4 +285,24 @@ def housing() -> Work:
     return part
 
 
-PARTS = (sunk_block, slotted_block, bevelled_block, shaft, bracket, lever, drum, cam, housing)
+def pocketed_plate() -> Work:
+    """Four pockets about two ribs that cross, the web under them, and an elliptic duct through it."""
+    part = Work(box((0, 0, 0), (200, 120, 40)))
+    for x in (10.0, 103.0):
+        for y in (10.0, 63.0):
+            part.cut(round_box((x, y, 6), (x + 87, y + 47, 99), 8))
+            middle = x + 43.5, y + 23.5
+            part.say("pocket", (*middle, 6), UP, X, length=87, width=47, depth=34, corner_radius=8)
+            part.say("web", (*middle, 3), UP, X, thickness=6, length=87, width=47)
+    for x, y, along, length in ((100, 5, X, 164), (100, 115, X, 164), (5, 60, Y, 84), (195, 60, Y, 84)):
+        part.say("flange", (x, y, 6), UP, along, thickness=10, length=length, height=34)
+    part.say("rib", (100, 60, 6), UP, X, thickness=6, length=164, height=34)  # between the rounds of the corners
+    part.say("rib", (100, 60, 6), UP, Y, thickness=6, length=84, height=34)
+    oval = gp_Elips(gp_Ax2(gp_Pnt(50, 33, -1), gp_Dir(0, 0, 1)), 20, 12)
+    wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(oval).Edge()).Wire()
+    part.cut(BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire).Face(), gp_Vec(0, 0, 99)).Shape())
+    part.say("duct", (50, 33, 0), DOWN, X, major_diameter=40, minor_diameter=24, depth=6)
+    return part
+
+
+PARTS = (sunk_block, slotted_block, bevelled_block, pocketed_plate, shaft, bracket, lever, drum, cam, housing)
