@@ -23,6 +23,7 @@ from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.readers.step import shape as step_shape
 from relmodel.readers.step import triangulation
 from tests.parts.curved_parts import rounded
+from tests.placed_parts import PlacedParts
 from tests.reading import shared
 
 
@@ -194,43 +195,28 @@ def test_the_diagonal_of_a_twisted_quad_is_no_edge(fit: bool) -> None:
     assert len(shape.surfaces["kind"]) == 6
 
 
-def scene_file(path: Path) -> Path:
-    scene = trimesh.Scene()
-    bracket = l_bracket()
+def test_a_scene_becomes_assemblies_and_shared_geometry_stays_shared(tmp_path: Path) -> None:
+    scene, bracket = trimesh.Scene(), l_bracket()
     bracket.metadata["units"] = "m"
     move = trimesh.transformations.translation_matrix
     turn = trimesh.transformations.rotation_matrix(0.3, [0, 0, 1])
     scene.add_geometry(bracket, geom_name="bracket", node_name="one", transform=move([1, 2, 3]))
     for name, transform in (("two", turn), ("mirrored", np.diag([-1.0, 1, 1, 1])), ("large", np.diag([2.0, 2, 2, 1]))):
         scene.graph.update(frame_to=name, frame_from="one", geometry="bracket", matrix=transform)
-    scene.export(path)
-    return path
-
-
-def test_a_scene_becomes_assemblies_and_shared_geometry_stays_shared(tmp_path: Path) -> None:
-    model = read_mesh(scene_file(tmp_path / "scene.glb"))
+    scene.export(tmp_path / "scene.glb")
+    model = read_mesh(tmp_path / "scene.glb")
     assert (model.unit, model.unit_mm) == ("m", 1000.0)
     assert len(model.shapes) == 3  # as given, mirrored, twice as large
     truth = trimesh.load_scene(tmp_path / "scene.glb")
     expected = sorted(abs(g.volume) * 1e9 for g in truth.dump())
-    found = []
-    stack = [(model.assemblies[model.root], np.eye(4))]
-    bounds = []
-    while stack:
-        assembly, world = stack.pop()
-        for instance in assembly.instances:
-            world_from_child = world @ instance.parent_from_child
-            assert np.allclose(world_from_child[:3, :3].T @ world_from_child[:3, :3], np.eye(3))
-            assert np.linalg.det(world_from_child[:3, :3]) == pytest.approx(1)
-            if instance.kind == "assembly":
-                stack.append((model.assemblies[instance.child], world_from_child))
-            else:
-                shape = model.shapes[model.parts[instance.child].shape]
-                found.append(shape.volume)
-                points = shape.mesh.vertices @ world_from_child[:3, :3].T + world_from_child[:3, 3]
-                bounds.append([points.min(axis=0), points.max(axis=0)])
-    assert sorted(v for v in found if v is not None) == pytest.approx(expected)
-    low, high = np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)
+    every = PlacedParts(model).of(model.root)
+    turns = every.pose[:, :3, :3]
+    assert np.allclose(turns @ turns.transpose(0, 2, 1), np.eye(3))
+    assert np.linalg.det(turns) == pytest.approx(np.ones(4))
+    shapes = [model.shapes[i] for i in every.shape]
+    assert sorted(shape.volume or 0.0 for shape in shapes) == pytest.approx(expected)
+    points = [s.mesh.vertices @ p[:3, :3].T + p[:3, 3] for s, p in zip(shapes, every.pose, strict=True)]
+    low, high = np.min([p.min(axis=0) for p in points], axis=0), np.max([p.max(axis=0) for p in points], axis=0)
     assert np.allclose([low, high], truth.bounds * 1000, atol=1e-2)
 
 

@@ -65,21 +65,30 @@ def matrix3(t: Truth) -> Floats:
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
 
 
-def put_opencv(truths: list[Truth], path: Path) -> Path:
-    """By OpenCV itself."""
-    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_FORMAT_YAML)
-    file.write("image_width", truths[0].width)
-    file.write("image_height", truths[0].height)
-    if len(truths) == 1:
-        file.write("camera_matrix", matrix3(truths[0]))
-        file.write("distortion_coefficients", truths[0].distortion[:, None])
-    else:
-        for i, t in enumerate(truths, start=1):
-            file.write(f"M{i}", matrix3(t))
-            file.write(f"D{i}", t.distortion[None])
-        file.write("R", truths[1].camera_from_rig[:3, :3])
-        file.write("T", truths[1].camera_from_rig[:3, 3:])
+def store_by_opencv(path: Path, values: dict[str, Any]) -> None:
+    """YAML, XML or JSON by the suffix, YAML where there is none."""
+    flags = cv2.FILE_STORAGE_WRITE | (0 if path.suffix in (".yml", ".xml", ".json") else cv2.FILE_STORAGE_FORMAT_YAML)
+    file = cv2.FileStorage(str(path), flags)
+    for key, value in values.items():
+        file.write(key, value)
     file.release()
+
+
+def size_of(t: Truth) -> dict[str, Any]:
+    return {"image_width": t.width, "image_height": t.height}
+
+
+def pair_of(one: Truth, other: Truth) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The inner and the outer numbers of a pair."""
+    inner = {"M1": matrix3(one), "D1": one.distortion[None], "M2": matrix3(other), "D2": other.distortion[None]}
+    return inner, {"R": other.camera_from_rig[:3, :3], "T": other.camera_from_rig[:3, 3:]}
+
+
+def put_opencv(truths: list[Truth], path: Path) -> Path:
+    first, *others = truths
+    single = {"camera_matrix": matrix3(first), "distortion_coefficients": first.distortion[:, None]}
+    inner, outer = pair_of(first, *others) if others else (single, {})
+    store_by_opencv(path, size_of(first) | inner | outer)
     return path
 
 
@@ -267,6 +276,12 @@ def dumped(data: dict[str, Any], **other: Any) -> str:
     return yaml.safe_dump(data | other)
 
 
+POSE = (
+    "!!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n   data: [ 1., 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 ]\n"
+)
+KITTI = "P0: 7.2e+02 0.0e+00 6.1e+02 0.0e+00 0.0e+00 7.2e+02 1.7e+02 0.0e+00 0.0e+00 0.0e+00 1.0e+00 0.0e+00\n"
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -296,8 +311,22 @@ def dumped(data: dict[str, Any], **other: Any) -> str:
         ("1 PINHOLE 640 480 700 x 320 240\n", "not made of numbers"),
         ("1 PINHOLE 640 480 700 700 320 240\n2 PINHOLE 640 480 700 700 320 240\n", "2 cameras"),
         ("1 PINHOLE 0 480 700 700 320 240\n", "whole number"),
+        # Files of other programs.
+        (f"%YAML:1.0\nimu: 1\ncam0_calib: \"a.yaml\"\nbody_T_cam0: {POSE}image_width: 640\n", "VINS.*Kalibr"),
+        ("%YAML:1.0\nrelative_config_imucam: \"kalibr_imucam_chain.yaml\"\n", "OpenVINS.*kalibr_imucam_chain"),
+        ("cameras:\n     - {T_SC: [1.0, 0.0], image_dimension: [752, 480]}\n", "OKVIS"),
+        ('{"width": 640, "height": 480, "ppx": 320.1, "ppy": 240.2, "fx": 600.0, "coeffs": [0]}', "RealSense"),
+        ('{"0": {"cam_K": [700, 0, 320, 0, 700, 240, 0, 0, 1], "depth_scale": 0.1}}', "BOP"),
+        (KITTI + KITTI.replace("P0", "P1"), "KITTI"),
+        ("%YAML:1.0\nsensor_type: camera\nT_BS: {rows: 4, cols: 4}\nintrinsics: [458, 457, 367, 248]\n", "EuRoC"),
+        ('{"value0": {"T_imu_cam": [], "intrinsics": [{"camera_type": "ds", "intrinsics": {}}]}}', "Basalt"),
+        ("%YAML:1.0\nCamera.type: \"PinHole\"\nCamera.fx: 458.6\nCamera.fy: 457.3\n", "ORB-SLAM"),
+        ("%YAML:1.0\nCamera1.fx: 458.6\nCamera2.fx: 457.6\nStereo.b: 0.11\n", "ORB-SLAM"),
+        ('<?xml version="1.0"?>\n<root><camera><model><type>perspectiveProjWithDistortion</type></model></camera>'
+         "</root>", "ViSP.*px, py, u0, v0"),
+        ("<opencv_storage><image_width>640", "not valid XML"),
     ],
-)
+)  # fmt: skip
 def test_what_a_rig_cannot_hold_is_named(text: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "file").write_text(text)
     with pytest.raises(InputError, match=message) as caught:
@@ -371,24 +400,12 @@ def test_what_a_topic_says(text: str, tmp_path: Path) -> None:
 
 
 def put_pair(truths: list[Truth], folder: Path, suffix: str, *, sized: bool) -> None:
-    """As OpenCV's sample stereo_calib.cpp does, by OpenCV itself."""
+    """As OpenCV's sample stereo_calib.cpp does."""
     folder.mkdir()
-    one, other = truths
+    inner, outer = pair_of(*truths)
     wrong = np.full((3, 3), 9.0)  # what rectified pictures need, and we do not
-    contents = {
-        "intrinsics": {"M1": matrix3(one), "D1": one.distortion[None]}
-        | {"M2": matrix3(other), "D2": other.distortion[None]},
-        "extrinsics": {"R": other.camera_from_rig[:3, :3], "T": other.camera_from_rig[:3, 3:]}
-        | {"R1": wrong, "P1": wrong},
-    }
-    for name, matrices in contents.items():
-        file = cv2.FileStorage(str(folder / f"{name}{suffix}"), cv2.FILE_STORAGE_WRITE)
-        for key, matrix in matrices.items():
-            file.write(key, matrix)
-        if sized and name == "intrinsics":
-            file.write("image_width", one.width)
-            file.write("image_height", one.height)
-        file.release()
+    store_by_opencv(folder / f"intrinsics{suffix}", inner | (size_of(truths[0]) if sized else {}))
+    store_by_opencv(folder / f"extrinsics{suffix}", outer | {"R1": wrong, "P1": wrong})
 
 
 @pytest.mark.parametrize("suffix", [".yml", ".xml", ".json"])
@@ -477,37 +494,6 @@ def test_names_that_are_no_lens_model(tmp_path: Path) -> None:
     assert list(read_rig(tmp_path / "cv").cameras) == ["left"]
     (tmp_path / "own").write_text(dumped({"cameras": {"fisheye_left": OWN_CAMERA, "omni": OWN_CAMERA}}))
     assert list(read_rig(tmp_path / "own").cameras) == ["fisheye_left", "omni"]
-
-
-POSE = (
-    "!!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n   data: [ 1., 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 ]\n"
-)
-KITTI = "P0: 7.2e+02 0.0e+00 6.1e+02 0.0e+00 0.0e+00 7.2e+02 1.7e+02 0.0e+00 0.0e+00 0.0e+00 1.0e+00 0.0e+00\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (f"%YAML:1.0\nimu: 1\ncam0_calib: \"a.yaml\"\nbody_T_cam0: {POSE}image_width: 640\n", "VINS.*Kalibr"),
-        ("%YAML:1.0\nrelative_config_imucam: \"kalibr_imucam_chain.yaml\"\n", "OpenVINS.*kalibr_imucam_chain"),
-        ("cameras:\n     - {T_SC: [1.0, 0.0], image_dimension: [752, 480]}\n", "OKVIS"),
-        ('{"width": 640, "height": 480, "ppx": 320.1, "ppy": 240.2, "fx": 600.0, "coeffs": [0]}', "RealSense"),
-        ('{"0": {"cam_K": [700, 0, 320, 0, 700, 240, 0, 0, 1], "depth_scale": 0.1}}', "BOP"),
-        (KITTI + KITTI.replace("P0", "P1"), "KITTI"),
-        ("%YAML:1.0\nsensor_type: camera\nT_BS: {rows: 4, cols: 4}\nintrinsics: [458, 457, 367, 248]\n", "EuRoC"),
-        ('{"value0": {"T_imu_cam": [], "intrinsics": [{"camera_type": "ds", "intrinsics": {}}]}}', "Basalt"),
-        ("%YAML:1.0\nCamera.type: \"PinHole\"\nCamera.fx: 458.6\nCamera.fy: 457.3\n", "ORB-SLAM"),
-        ("%YAML:1.0\nCamera1.fx: 458.6\nCamera2.fx: 457.6\nStereo.b: 0.11\n", "ORB-SLAM"),
-        ('<?xml version="1.0"?>\n<root><camera><model><type>perspectiveProjWithDistortion</type></model></camera>'
-         "</root>", "ViSP.*px, py, u0, v0"),
-        ("<opencv_storage><image_width>640", "not valid XML"),
-    ],
-)  # fmt: skip
-def test_files_of_others_are_answered(text: str, message: str, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text(text)
-    with pytest.raises(InputError, match=message) as caught:
-        read_rig(tmp_path / "file")
-    assert "\n" not in str(caught.value)
 
 
 def test_binary_models_of_colmap_and_folders_without_a_rig(tmp_path: Path) -> None:
