@@ -7,7 +7,7 @@ from math import atan2, cos, pi, sin, sqrt, tan
 
 import numpy as np
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone, BRepPrimAPI_MakePrism
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
 from OCP.gp import gp_Ax2, gp_Dir, gp_Elips, gp_Pnt, gp_Vec
 
 from relmodel.features import Feature
@@ -85,6 +85,9 @@ def sunk_block() -> Work:
     part.say("boss", (150, 40, 18), diameter=14, height=12)
     part.say("boss", (182.5, 40, 18), UP, X, length=15, width=10, height=8)
     part.bore((200, 25, 18), 3, 18)
+    for turn in (0.0, pi):  # a hole in two halves, one after the other
+        part.cut(carried(BRepPrimAPI_MakeCylinder(5.0, 40.0, pi).Shape(), pose_of((230, 40, -1), (0, 0, turn))))
+    part.say("through_hole", (230, 40, t), diameter=10, depth=t)
     part.fuse(cylinder((40, 110, t), 12, 15), round_box((80, 95, t - 1), (120, 119, t + 10), 5))
     foot = lambda a, b: all(abs(np.hypot(p[0] - 40, p[1] - 110) - 12) + abs(p[2] - t) < 1e-6 for p in (a, b))  # noqa: E731
     part.body = fillet(part.body, 2.0, foot)

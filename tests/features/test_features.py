@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,8 +28,8 @@ def box(x: float, y: float, z: float, size: tuple[float, float, float]) -> Any:
     return BRepPrimAPI_MakeBox(gp_Pnt(x, y, z), *size).Shape()
 
 
-def cylinder(x: float, y: float, z: float, radius: float, height: float, turn: float = 2 * np.pi) -> Any:
-    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(x, y, z), Z), radius, height, turn).Shape()
+def cylinder(x: float, y: float, z: float, radius: float, height: float) -> Any:
+    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(x, y, z), Z), radius, height).Shape()
 
 
 def cone(x: float, y: float, z: float, low: float, high: float, height: float) -> Any:
@@ -40,10 +40,6 @@ def cut(body: Any, *tools: Any) -> Any:
     for tool in tools:
         body = BRepAlgoAPI_Cut(body, tool).Shape()
     return body
-
-
-def turned(shape: Any) -> Any:
-    return carried(shape, pose_of((100, -50, 20), (0.2, 0.4, 0.6)))
 
 
 def measures(feature: Feature) -> dict[str, float]:
@@ -59,37 +55,6 @@ def plate() -> Any:
     return box(0, 0, 0, (100.0, 80.0, 20.0))
 
 
-def test_holes() -> None:
-    part = cut(
-        plate(),
-        cylinder(15, 15, -1, 4, 30),  # through
-        cylinder(40, 15, 8, 5, 20),  # flat bottom
-        cylinder(65, 15, 10, 3, 20),
-        cone(65, 15, 8, 0, 3, 2),  # drill's tip
-        cylinder(15, 50, -1, 3, 30),
-        cylinder(15, 50, 14, 6, 10),  # counterbore
-        cylinder(40, 50, -1, 3, 30),
-        cone(40, 50, 16, 3, 7, 4),  # countersink of 90 degrees
-        cylinder(65, 50, -1, 5, 30, np.pi),  # two halves, one after the other
-    )
-    part = cut(part, carried(cylinder(0, 0, -1, 5, 30, np.pi), pose_of((65, 50, 0), (0, 0, np.pi))))
-    found = features_of(turned(part))
-    assert Counter(f.kind for f in found) == {"through_hole": 4, "blind_hole": 2}
-    expected: list[dict[str, float]] = [
-        {"diameter": 8, "depth": 20},
-        {"diameter": 10, "depth": 12},
-        {"diameter": 6, "depth": 10, "tip_angle": 2 * np.arctan(3 / 2)},
-        {"diameter": 6, "depth": 20, "counterbore_diameter": 12, "counterbore_depth": 6},
-        {"diameter": 6, "depth": 20, "countersink_diameter": 14, "countersink_angle": np.pi / 2},
-        {"diameter": 10, "depth": 20},
-    ]
-
-    def rounded_up(dimensions: Mapping[str, float]) -> list[tuple[str, float]]:
-        return sorted((name, round(float(value), 6)) for name, value in dimensions.items())
-
-    assert sorted(rounded_up(measures(f)) for f in found) == sorted(rounded_up(e) for e in expected)
-
-
 def test_the_frame_of_a_hole_is_at_its_mouth_and_its_box_holds_it() -> None:
     (hole,) = features_of(cut(plate(), cylinder(40, 15, 8, 5, 20)))
     assert hole.shape_from_feature[:3, 3] == pytest.approx([40, 15, 20])
@@ -99,26 +64,21 @@ def test_the_frame_of_a_hole_is_at_its_mouth_and_its_box_holds_it() -> None:
     assert sorted(role for _, role in hole.surfaces) == ["bottom", "wall"]
 
 
-@pytest.mark.parametrize(("pose", "fillet"), [(turned, None), (lambda s: s, 2.0)])
-def test_a_pocket_with_corners_fillet_island_and_hole(pose: Any, fillet: float | None) -> None:
-    tool = round_box((10, 10, 8), (70, 50, 38), 6.0, fillet or 0.0)
+def test_a_pocket_with_corners_fillet_island_and_hole() -> None:
+    tool = round_box((10, 10, 8), (70, 50, 38), 6.0, 2.0)
     tool = BRepAlgoAPI_Cut(tool, cylinder(30, 30, 0, 5, 14)).Shape()  # leaves a boss in the pocket
     part = cut(plate(), tool, cylinder(50, 30, -1, 4, 20))
-    found = features_of(pose(part))
+    found = features_of(part)
     assert Counter(f.kind for f in found) == {"pocket": 1, "through_hole": 1, "boss": 1}
     (pocket,) = (f for f in found if f.kind == "pocket")
-    expected = {"length": 60.0, "width": 40.0, "depth": 12.0, "corner_radius": 6.0}
-    if fillet:
-        expected["fillet_radius"] = fillet
+    expected = {"length": 60.0, "width": 40.0, "depth": 12.0, "corner_radius": 6.0, "fillet_radius": 2.0}
     assert measures(pocket) == pytest.approx(expected, abs=1e-6)
-    # Twelve faces of fillets where the floor runs out smoothly, none where it meets the walls.
     roles = Counter(role for _, role in pocket.surfaces)
-    assert (roles["floor"], roles["blend"]) == (1, 8 if fillet else 0)
+    assert (roles["floor"], roles["blend"]) == (1, 8)
     assert roles["wall"] >= 8
-    if pose is not turned:
-        assert pocket.box == pytest.approx([10, 10, 8, 70, 50, 20], abs=1e-6)
-        assert pocket.shape_from_feature[:3, 3] == pytest.approx([40, 30, 8])
-        assert pocket.shape_from_feature[:3, 0] == pytest.approx([1, 0, 0])
+    assert pocket.box == pytest.approx([10, 10, 8, 70, 50, 20], abs=1e-6)
+    assert pocket.shape_from_feature[:3, 3] == pytest.approx([40, 30, 8])
+    assert pocket.shape_from_feature[:3, 0] == pytest.approx([1, 0, 0])
 
 
 def test_what_is_open_at_a_side_or_closed_all_around_is_no_pocket() -> None:

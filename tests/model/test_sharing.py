@@ -29,6 +29,7 @@ from relmodel.readers.step import faces
 from relmodel.readers.step import shape as step_shape
 from tests.features.test_features import box, cut, cylinder
 from tests.parts.step_parts import compound, write_product, write_solids
+from tests.placed_parts import PlacedParts
 from tests.poses import pose_of
 from tests.reading import shared
 
@@ -102,27 +103,14 @@ def test_copies_are_one_shape_and_mirror_images_and_near_twins_are_not(write: An
     label += [6, 6]
     model = shared(write(tmp_path / "flat.step", *made))
     assert len(model.shapes) == 7
-    placed = leaves(model)
-    assert len(placed) == len(made)
-    of = [shape for shape, _ in placed]
+    placed = PlacedParts(model).of(model.root)
+    of = placed.shape.tolist()
+    assert len(of) == len(made)
     for i, own in enumerate(label):
         assert [shape == of[i] for shape in of] == [other == own for other in label]
-    for (shape, pose), solid in zip(placed, made, strict=True):
+    for shape, pose, solid in zip(of, placed.pose, made, strict=True):
         assert np.linalg.det(pose[:3, :3]) == pytest.approx(1.0)
         assert corners(model.shapes[shape], pose) == pytest.approx(kernel_corners(solid), abs=1e-6)
-
-
-def leaves(model: Model) -> list[tuple[int, Floats]]:
-    """Shape and pose of every placed part, in the order of the file."""
-
-    def walk(assembly: int, pose: Floats) -> list[tuple[int, Floats]]:
-        out = []
-        for one in model.assemblies[assembly].instances:
-            at = pose @ one.parent_from_child
-            out += [(model.parts[one.child].shape, at)] if one.kind == "part" else walk(one.child, at)
-        return out
-
-    return walk(model.root, np.eye(4))
 
 
 def corners(shape: Shape, pose: Floats) -> Floats:
