@@ -15,7 +15,7 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolyg
 from OCP.BRepFilletAPI import BRepFilletAPI_MakeChamfer, BRepFilletAPI_MakeFillet
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from OCP.TopAbs import TopAbs_EDGE
 from OCP.TopExp import TopExp
@@ -23,7 +23,6 @@ from OCP.TopoDS import TopoDS
 
 Floats = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
-Rng = np.random.Generator
 
 
 @dataclass
@@ -40,10 +39,6 @@ class Part:
         unify = ShapeUpgrade_UnifySameDomain(self.body, True, True, False)
         unify.Build()
         self.body = unify.Shape()
-
-
-def uniform(rng: Rng, low: float, high: float) -> float:
-    return float(rng.uniform(low, high))
 
 
 def box(low: Point, high: Point) -> Any:
@@ -134,10 +129,3 @@ def carried(body: Any, move: Floats) -> Any:
     transform = gp_Trsf()
     transform.SetValues(*move[:3].ravel().tolist())
     return BRepBuilderAPI_Transform(body, transform, True).Shape()
-
-
-def turned(part: Part, rng: Rng) -> Part:
-    spin, shift = gp_Trsf(), gp_Trsf()
-    spin.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(*rng.normal(size=3))), float(rng.uniform(0, 3)))
-    shift.SetTranslation(gp_Vec(*rng.uniform(-200, 200, 3)))
-    return Part(BRepBuilderAPI_Transform(part.body, shift * spin, True).Shape())

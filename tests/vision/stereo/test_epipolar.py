@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
-from tests.vision.stereo.flat_pairs import CENTRE, packed, parallel_rig, random_pair
+from tests.vision.stereo.scenes import CENTRE, packed, parallel_rig, random_pair
 from vision.stereo.epipolar import (
     Crossings,
     StereoArcs,

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.vision.stereo.flat_pairs import packed, parallel_rig, random_pair
-from tests.vision.stereo.scenes import picture_of
+from tests.vision.stereo.scenes import packed, parallel_rig, picture_of, random_pair
 from vision.extraction.arcs import LINE
 from vision.extraction.rows import RegionColumns
 from vision.stereo.epipolar import DisparityRange, RowArcs, StereoArcs, Votes, estimate_range, lay_out, rectify, vote

@@ -10,8 +10,7 @@ import pytest
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
 from tests.labelling.oracle import add_unit_set
-from tests.vision.stereo.flat_pairs import parallel_rig, random_pair
-from tests.vision.stereo.scenes import picture_of
+from tests.vision.stereo.scenes import parallel_rig, picture_of, random_pair
 from vision.stereo.match import StereoMatches, match_pictures, record_stereo
 
 PROBLEM = 3
