@@ -95,6 +95,8 @@ def sunk_block() -> Work:
     part.say("boss", (100, 107, t), UP, X, length=40, width=24, height=10)
     part.fuse(box((20, 140, t), (100, 144, t + 12)))
     part.say("rib", (60, 142, t), UP, X, thickness=4, length=80, height=12)
+    part.fuse(box((205, 145, t), (255, 151, t + 3)))
+    part.say("rib", (230, 148, t), UP, X, thickness=6, length=50, height=3)
     for x in (160.0, 174.0, 188.0):
         for y in (100.0, 111.0):
             part.bore((x, y, t), 2, t)

@@ -29,6 +29,24 @@ def chain() -> MatchingProblem:
     )
 
 
+def test_one_disagreement_is_added_for_every_function_that_holds_it() -> None:
+    """Units 0, 1 and 2 are all related to 3; functions of 0 and 1 give 3 the label 0, that of 2 gives it 1."""
+    problem = matching_problem(
+        [DEAR] * 4,
+        2,
+        [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0), (3, 1, 0)],
+        [(0, 3, 1), (1, 3, 1), (2, 3, 1)],
+        [(0, 0, 3, 0), (1, 0, 3, 0), (2, 0, 3, 1)],
+        injective=False,
+    )
+    table = paper.whole_functions(problem)
+    first, second, third = (int(np.flatnonzero(table.unit == u)[0]) for u in range(3))
+    added = table.error + table.disagreement(first) + table.disagreement(second)
+    labelling = [0, 0, 0, 0]
+    assert labelling_cost(problem, labelling)[2] == 1
+    assert added[third] == 2
+
+
 def test_labellings_that_no_whole_functions_spell_out_are_not_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Even where nothing is pruned: the cheapest labelling is no sequence of whole functions."""
     least = enumerated_cost(chain(), total=True)
