@@ -282,7 +282,12 @@ def housing() -> Work:
         part.say("step", (side * 70, 0, 31), (side, 0, 0), Y, length=130, width=38, depth=25)
     part.cut(cylinder((0, 0, 20), 30, 99), cylinder((0, 0, -1), 18, 99))
     part.cut(revolved([(0, 42), (32, 42), (32, 44), (0, 44)]))
-    sizes = {"counterbore_diameter": 60.0, "counterbore_depth": 30.0, "groove_diameter": 64.0, "groove_width": 2.0}
+    sizes: dict[str, Any] = {
+        "counterbore_diameter": 60.0,
+        "counterbore_depth": 30.0,
+        "groove_diameter": 64.0,
+        "groove_width": 2.0,
+    }
     part.say("through_hole", (0, 0, 50), diameter=36, depth=50, **sizes)
     part.cut(cylinder((0, -66, 28), 3, 50, Y))
     inside = sqrt(30**2 - 3**2)

@@ -8,6 +8,7 @@ import zipfile
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -271,7 +272,7 @@ def test_a_mesh_without_area_is_refused(faces: str, tmp_path: Path) -> None:
 
 
 def test_round_parts_have_the_areas_by_kind_of_their_exact_model() -> None:
-    meshed = {"_P": replace(triangulation._P, chord_mm=0.1, chord_rad=0.4), "_ALGORITHMS": ("Watson",)}
+    meshed: dict[str, Any] = {"_P": replace(triangulation._P, chord_mm=0.1, chord_rad=0.4), "_ALGORITHMS": ("Watson",)}
     with mock.patch.multiple(triangulation, **meshed):  # as the CAD kernel's mesher makes them by default
         exact = step_shape.extract(rounded())
     shape = shape_from_triangles(
