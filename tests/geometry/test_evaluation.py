@@ -82,10 +82,10 @@ def test_lengths_and_boxes_hold_a_fine_polyline() -> None:
     curves = rows.curves
     lengths, boxes = curves.lengths(), curves.boxes()
     for i in range(len(curves)):
-        t = np.linspace(curves.t0[i], curves.t1[i], 200_001)
+        t = np.linspace(curves.t0[i], curves.t1[i], 20_001)
         points = curves.evaluate(np.full(len(t), i), t)[0]
-        assert lengths[i] == pytest.approx(np.linalg.norm(np.diff(points, axis=0), axis=1).sum(), rel=1e-8)
-        assert boxes[i] == pytest.approx(np.concatenate([points.min(0), points.max(0)]), abs=1e-6)
+        assert lengths[i] == pytest.approx(np.linalg.norm(np.diff(points, axis=0), axis=1).sum(), rel=1e-6)
+        assert boxes[i] == pytest.approx(np.concatenate([points.min(0), points.max(0)]), abs=1e-5)
         assert np.all(boxes[i, :3] <= points.min(0) + 1e-11)
         assert np.all(boxes[i, 3:] >= points.max(0) - 1e-11)
 

@@ -21,8 +21,8 @@ def plate() -> Floats:
 
 def ring() -> Floats:
     """Both rims of a short cylinder, whose points are all corners, and what lies between them."""
-    turn = np.linspace(0, 2 * np.pi, 3000, endpoint=False)
-    rims = [np.column_stack([50 * np.cos(turn), 50 * np.sin(turn), np.full(3000, z)]) for z in (0.0, 5.0)]
+    turn = np.linspace(0, 2 * np.pi, 900, endpoint=False)
+    rims = [np.column_stack([50 * np.cos(turn), 50 * np.sin(turn), np.full(900, z)]) for z in (0.0, 5.0)]
     return np.concatenate([*rims, *(0.5 * (rims[0] + rims[1]) * s for s in (1.0, 0.9, 0.3))])
 
 

@@ -107,16 +107,17 @@ def integer_programme(problem: MatchingProblem) -> tuple[Any, list[LinearConstra
 
 def programme_cost(problem: MatchingProblem) -> int:
     """Optimal cost by HiGHS."""
-    cost, constraints, integral = integer_programme(problem)
-    solved = milp(cost, constraints=constraints, integrality=integral.astype(int), bounds=Bounds(0, 1))
-    assert solved.status == 0
-    return round(solved.fun)
+    return round(_solved(problem, 1))
 
 
 def relaxed_cost(problem: MatchingProblem) -> float:
     """Optimal cost of the linear relaxation by HiGHS."""
-    cost, constraints, _ = integer_programme(problem)
-    solved = milp(cost, constraints=constraints, bounds=Bounds(0, 1))
+    return _solved(problem, 0)
+
+
+def _solved(problem: MatchingProblem, integral: int) -> float:
+    cost, constraints, integer = integer_programme(problem)
+    solved = milp(cost, constraints=constraints, integrality=integral * integer, bounds=Bounds(0, 1))
     assert solved.status == 0
     return float(solved.fun)
 

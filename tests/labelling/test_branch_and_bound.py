@@ -81,9 +81,7 @@ def test_sweeps_raise_a_bound_that_stays_below_the_relaxation() -> None:
     assert np.mean(rose) > 0.8
 
 
-@pytest.mark.parametrize(
-    ("kind", "seed", "steps"), [*(("open", seed, 20) for seed in (0, 2, 3, 5)), ("pockets", 2, 200)]
-)
+@pytest.mark.parametrize(("kind", "seed", "steps"), [*(("open", seed, 20) for seed in (0, 2)), ("pockets", 2, 200)])
 def test_cooling_gets_to_the_relaxation_where_sweeps_do_not(kind: str, seed: int, steps: int) -> None:
     problem = scene(kind, 32, seed).problem
     bounds, best = Bounds(search_tables(problem)), relaxed_cost(problem) * SCALE

@@ -1,9 +1,9 @@
-"""Solids that the CAD kernel makes, a part under construction, and what is known of its features."""
+"""Solids that the CAD kernel makes, and a part under construction."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolyg
 from OCP.BRepFilletAPI import BRepFilletAPI_MakeChamfer, BRepFilletAPI_MakeFillet
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from OCP.TopAbs import TopAbs_EDGE
 from OCP.TopExp import TopExp
@@ -23,22 +23,11 @@ from OCP.TopoDS import TopoDS
 
 Floats = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
-Rng = np.random.Generator
-
-
-@dataclass(frozen=True)
-class Known:
-    """A feature that an operation makes: `at` are the points that may be its origin (a through hole has two mouths)."""
-
-    kind: str
-    at: tuple[Point, ...]
-    dimensions: dict[str, float]
 
 
 @dataclass
 class Part:
     body: Any
-    features: list[Known] = field(default_factory=list)
 
     def cut(self, *tools: Any) -> None:
         for tool in tools:
@@ -50,14 +39,6 @@ class Part:
         unify = ShapeUpgrade_UnifySameDomain(self.body, True, True, False)
         unify.Build()
         self.body = unify.Shape()
-
-    def know(self, kind: str, at: Point | tuple[Point, ...], **dimensions: float) -> None:
-        points = at if isinstance(at[0], tuple) else (at,)
-        self.features.append(Known(kind, points, dimensions))
-
-
-def uniform(rng: Rng, low: float, high: float) -> float:
-    return float(rng.uniform(low, high))
 
 
 def box(low: Point, high: Point) -> Any:
@@ -148,18 +129,3 @@ def carried(body: Any, move: Floats) -> Any:
     transform = gp_Trsf()
     transform.SetValues(*move[:3].ravel().tolist())
     return BRepBuilderAPI_Transform(body, transform, True).Shape()
-
-
-def turned(part: Part, rng: Rng) -> Part:
-    spin, shift = gp_Trsf(), gp_Trsf()
-    axis = rng.normal(size=3)
-    spin.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(*axis)), float(rng.uniform(0, 3)))
-    shift.SetTranslation(gp_Vec(*rng.uniform(-200, 200, 3)))
-    move = shift * spin
-
-    def moved(p: Point) -> Point:
-        q = gp_Pnt(*p).Transformed(move)
-        return (q.X(), q.Y(), q.Z())
-
-    body = BRepBuilderAPI_Transform(part.body, move, True).Shape()
-    return Part(body, [replace(f, at=tuple(moved(p) for p in f.at)) for f in part.features])

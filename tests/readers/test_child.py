@@ -1,8 +1,9 @@
-"""The child process that reads: held to its limits, gone with its parent, and nothing left behind."""
+"""The child process that reads: held to its limits, gone with its parent, nothing left behind; how it fails is said."""
 
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
+from relmodel.errors import InputError
 from relmodel.readers import ReadOptions, read
 
 ROOT = Path(__file__).parents[2]
@@ -64,3 +66,49 @@ def _lives(process: int) -> bool:
     except OSError:
         return False
     return state != "Z"
+
+
+# A kernel that fails as the true one does: in place of it a module of its name in the child's path.
+FAILURES = [
+    ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", r"that read .* crashed \(SIGSEGV\): export it again"),
+    ("raise MemoryError", r"takes more than 6 GB of memory: split the file"),
+    ("import sys; sys.exit('MemoryError')", r"takes more than 6 GB of memory: split the file"),
+    ("raise ImportError('OCP is of another Python')", r"kernel does not start \(OCP is.*install it again"),
+    (
+        "raise ImportError('libGL.so.1: cannot open shared object file: No such file or directory')",
+        r"kernel does not start: the library libGL\.so\.1 is not installed: apt install libgl1 \(Debian",
+    ),
+    ("raise ModuleNotFoundError('none', name='OCP')", r"not installed: pip install 'relmodel\[step\]'"),
+    ("raise RuntimeError('lost its way')", r"could not be read \(RuntimeError: lost its way\): export it again"),
+    ("print('#' * 10**6); import sys; sys.exit('enough')", r"could not be read \(enough\): export it again"),
+]
+
+
+@pytest.mark.parametrize(("kernel", "said"), FAILURES)
+def test_how_the_child_fails_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kernel: str, said: str) -> None:
+    (tmp_path / "OCP.py").write_text(kernel)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    path = tmp_path / "face.step"
+    path.write_text(FACE)
+    with pytest.raises(InputError) as error:
+        read(path)
+    assert re.search(said, str(error.value))
+    assert "\n" not in str(error.value)
+    assert str(path) in str(error.value)
+
+
+def test_a_child_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "OCP.py").write_text("import time; time.sleep(60)")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    path = tmp_path / "face.step"
+    path.write_text(FACE)
+    with pytest.raises(InputError, match=r"more than 0\.5 s and was stopped"):
+        read(path, ReadOptions(time_limit_s=0.5))
+
+
+@pytest.mark.data
+def test_a_child_is_held_to_its_memory(data_dir: Path) -> None:
+    """Of the address space that the kernel needs to start, none is left for a file."""
+    path = data_dir / "step" / "cube-in.step"
+    with pytest.raises(InputError, match=r"memory"):
+        read(path, ReadOptions(memory_limit=200 << 20))

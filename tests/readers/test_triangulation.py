@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -9,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-import trimesh
 from OCP.BRep import BRep_Tool
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
 from OCP.BRepBuilderAPI import BRepBuilderAPI_GTransform
@@ -27,17 +27,12 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from relmodel.model.measures import HalfEdges, open_edges, surfaces_of
-from relmodel.model.model import Mesh, Shape
+from relmodel.model.measures import surfaces_of
+from relmodel.model.model import Mesh
 from relmodel.readers.step import shape as step_shape
 from relmodel.readers.step import triangulation
 from relmodel.readers.step.faces import face_map
-from tests.parts.brackets_and_drums import foundry
-
-
-@cache
-def composed(seed: int) -> Shape:
-    return step_shape.extract(foundry(seed).body)
+from tests.features.known_parts import Work, bracket, drum
 
 
 def is_closed(mesh: Mesh) -> bool:
@@ -53,9 +48,9 @@ def is_closed(mesh: Mesh) -> bool:
     return np.array_equal(np.sort(there), np.sort(back))
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_triangles_of_a_composed_part_meet_and_keep_to_its_surfaces(seed: int) -> None:
-    shape = composed(seed)
+@pytest.mark.parametrize("make", [bracket, drum])
+def test_triangles_of_a_composed_part_meet_and_keep_to_its_surfaces(make: Callable[[], Work]) -> None:
+    shape = step_shape.extract(make().body)
     mesh, surfaces = shape.mesh, surfaces_of(shape)
     assert is_closed(mesh)
     corner, row = mesh.vertices[mesh.triangles], mesh.triangle_surfaces.astype(np.int64)
@@ -157,14 +152,3 @@ def test_a_mesh_that_is_open_or_far_off_is_a_finding_and_costs_nothing(monkeypat
     assert found.kind == "mesh_deviation"
     assert found.value == far.mesh.deviation_mm
     assert found.value == pytest.approx(20 * (1 - np.cos(np.pi / steps)), rel=1e-6)
-
-
-def test_closedness_against_trimesh() -> None:
-    """Of composed parts as they are, and with triangles taken out."""
-    for seed in range(2):
-        mesh = composed(seed).mesh
-        for left in (mesh.triangles, mesh.triangles[5:], mesh.triangles[::2]):
-            other = trimesh.Trimesh(mesh.vertices, left, process=True)
-            sides = np.sort(other.edges, axis=1)
-            alone = np.count_nonzero(np.unique(sides, axis=0, return_counts=True)[1] == 1)
-            assert open_edges(mesh.vertices, HalfEdges.of(left)) == alone

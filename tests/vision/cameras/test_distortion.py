@@ -19,16 +19,14 @@ from vision.localisation.hypotheses import collect_edge_points
 SKEWED = np.array([[800.0, 3, 310], [0, 790, 245], [0, 0, 1]])
 
 
-@pytest.fixture
-def directions() -> Floats:
-    return np.random.default_rng(5).uniform(-0.45, 0.45, (400, 2))
+DIRECTIONS = np.random.default_rng(5).uniform(-0.45, 0.45, (400, 2))
 
 
 @pytest.mark.parametrize("count", [4, 5, 8, 12, 14])
-def test_places_and_derivatives_are_those_of_opencv(count: int, directions: Floats) -> None:
+def test_places_and_derivatives_are_those_of_opencv(count: int) -> None:
     coefficients, zero = np.array(COEFFICIENTS[:count]), np.zeros(3)
-    points = np.column_stack([directions, np.ones(400)])
-    seen, slope = cameras.distort(directions, coefficients)
+    points = np.column_stack([DIRECTIONS, np.ones(400)])
+    seen, slope = cameras.distort(DIRECTIONS, coefficients)
     wanted, derivatives = cv2.projectPoints(points, zero, zero, np.eye(3), coefficients)
     np.testing.assert_allclose(seen, wanted.reshape(-1, 2), atol=1e-14)
     # At depth 1 a step of the camera aside is one of the direction: columns 3 and 4, after three of rotation.
@@ -36,11 +34,11 @@ def test_places_and_derivatives_are_those_of_opencv(count: int, directions: Floa
 
 
 @pytest.mark.parametrize("count", [0, 4, 5, 8, 12, 14])
-def test_undistort_inverts_distort_as_opencv_does(count: int, directions: Floats) -> None:
+def test_undistort_inverts_distort_as_opencv_does(count: int) -> None:
     coefficients = np.array(COEFFICIENTS[:count])
-    seen, slope = cameras.distort(directions, coefficients)
+    seen, slope = cameras.distort(DIRECTIONS, coefficients)
     found, at = cameras.undistort(seen, coefficients)
-    np.testing.assert_allclose(found, directions, atol=1e-12)
+    np.testing.assert_allclose(found, DIRECTIONS, atol=1e-12)
     np.testing.assert_allclose(at, slope, atol=1e-9)
     limit = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-14)
     theirs = cv2.undistortPoints(seen[:, None], np.eye(3), np.append(coefficients, [0.0] * 4)[: max(count, 4)],

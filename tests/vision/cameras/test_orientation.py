@@ -4,7 +4,6 @@ upright picture and against how OpenCV reads them."""
 from __future__ import annotations
 
 import struct
-import zlib
 from pathlib import Path
 
 import cv2
@@ -18,6 +17,7 @@ from relmodel.app.cli.main import main
 from relmodel.drawing.draw import read_image
 from relmodel.errors import InputError
 from relmodel.store import Store
+from tests.vision.cameras.test_bits import tiff, with_chunk
 from vision.cameras.cameras import Camera
 from vision.cameras.images import describe_reading, read_picture
 
@@ -46,11 +46,8 @@ def write_jpeg(path: Path, orientation: int) -> None:
 
 
 def write_png(path: Path, orientation: int, pixels: Pixels = UPRIGHT) -> None:
-    """With a chunk eXIf after its head."""
-    data = cv2.imencode(".png", np.ascontiguousarray(store_by(orientation, pixels)))[1].tobytes()
-    tiff = b"II*\0" + struct.pack("<IHHHIHHI", 8, 1, 274, 3, 1, orientation, 0, 0)
-    chunk = struct.pack(">I", len(tiff)) + b"eXIf" + tiff + struct.pack(">I", zlib.crc32(b"eXIf" + tiff))
-    path.write_bytes(data[:33] + chunk + data[33:])
+    path.write_bytes(cv2.imencode(".png", np.ascontiguousarray(store_by(orientation, pixels)))[1].tobytes())
+    with_chunk(path, b"eXIf", b"II*\0" + struct.pack("<IHHHIHHI", 8, 1, 274, 3, 1, orientation, 0, 0))
 
 
 def write_deep_png(path: Path, orientation: int) -> None:
@@ -58,18 +55,11 @@ def write_deep_png(path: Path, orientation: int) -> None:
 
 
 def write_tiff(path: Path, orientation: int, samples: int = 1, kind: type[np.unsignedinteger] = np.uint8) -> None:
-    """Tag by tag."""
     pixels = store_by(orientation, UPRIGHT).astype(kind) * (257 if kind is np.uint16 else 1)
+    (rows, columns), bits = pixels.shape, np.dtype(kind).itemsize * 8
+    tags = {256: columns, 257: rows, 258: bits, 259: 1, 262: 1 if samples == 1 else 2, 274: orientation}
     body = np.repeat(pixels[..., None], samples, axis=2).tobytes()
-    rows, columns = pixels.shape
-    bits = np.dtype(kind).itemsize * 8
-    tags = [(256, 1, columns), (257, 1, rows), (258, samples, bits if samples == 1 else 134), (259, 1, 1)]
-    tags += [(262, 1, 1 if samples == 1 else 2), (273, 1, 140), (274, 1, orientation), (277, 1, samples)]
-    tags += [(278, 1, rows), (279, 1, len(body))]
-    head = b"".join(struct.pack("<HHII", tag, 3 if tag == 258 else 4, count, value) for tag, count, value in tags)
-    head = b"II*\0" + struct.pack("<IH", 8, len(tags)) + head + bytes(4)
-    assert len(head) == 134
-    path.write_bytes(head + struct.pack("<3H", bits, bits, bits) + body)
+    path.write_bytes(tiff(tags | {277: samples, 278: rows}, body))
 
 
 def write_deep_tiff(path: Path, orientation: int) -> None:

@@ -71,7 +71,7 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(
     for part in placed:
         low, high = np.split(model.shape_boxes[part.shape], 2)
         clouds.append((low + within * (high - low)) @ part.world_from_part[:3, :3].T + part.world_from_part[:3, 3])
-    poses, target = looking_around(8, 2), new_store(engine)
+    poses, target = looking_around(6, 2), new_store(engine)
     with Store.open(target) as store:
         fill(store, tmp_path)
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
@@ -92,7 +92,7 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(
         assert seen <= set(listed)
         seen_at_all += len(seen)
         missed_without += len(seen - set(undistorted["path"].tolist()))
-    assert seen_at_all > 30
+    assert seen_at_all > 20
     assert missed_without > 0
 
 
@@ -121,18 +121,17 @@ def test_superfluous_parts_are_counted_against_sampled_views(duckdb_file: Path, 
     rig = Rig(cameras, {"left": np.eye(4), "right": pose_of([120, 0, 0])})
     with Store.open(duckdb_file) as store:
         oracle: Oracle = fill(store, tmp_path)
-        for pose, sigma, level in zip(looking_around(2, 5), (0.5, 10.0), ("feature", "part"), strict=True):
-            prior = Prior.isotropic(pose, sigma, sigma / 1000)
-            views = [
-                build_view_volume(camera, pose @ rig.rig_from_camera[name], NEAR_TO_FAR)
-                for pose in sample_poses(prior, NEAR_TO_FAR)
-                for name, camera in rig.cameras.items()
-            ]
-            selected = select_in_view(store, rig, prior, NEAR_TO_FAR, level=level)
-            union = set().union(*(oracle.in_view(view, level) for view in views))
-            assert selected.shown.sum() == len(union)
-            assert selected.superfluous == len(selected.shown) - len(union)
-            assert selected.superfluous <= 0.5 * len(selected.shown)
+        prior = Prior.isotropic(looking_around(2, 5)[1], 10.0, 0.01)
+        views = [
+            build_view_volume(camera, pose @ rig.rig_from_camera[name], NEAR_TO_FAR)
+            for pose in sample_poses(prior, NEAR_TO_FAR)
+            for name, camera in rig.cameras.items()
+        ]
+        selected = select_in_view(store, rig, prior, NEAR_TO_FAR, level="part")
+        union = set().union(*(oracle.in_view(view, "part") for view in views))
+        assert selected.shown.sum() == len(union)
+        assert 0 < selected.superfluous == len(selected.shown) - len(union)
+        assert selected.superfluous <= 0.5 * len(selected.shown)
 
 
 def test_probability_of_what_stands_at_the_edge_of_the_view() -> None:

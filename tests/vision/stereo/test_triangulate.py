@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from relmodel.arrays import Floats
-from tests.vision.stereo.flat_pairs import CENTRE, packed, parallel_rig, place, random_pair
+from tests.vision.stereo.scenes import CENTRE, packed, parallel_rig, place, random_pair
 from vision.extraction.arcs import ELLIPTIC, FREE, LINE
 from vision.stereo.epipolar import StereoArcs, cross_rows, pair_crossings, rectify
 from vision.stereo.stereo_parameters import DEFAULTS
