@@ -310,8 +310,8 @@ judged AS (
     SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.edges, f.faces, f.cameras,
         coalesce(d.sentence, f.calibration) AS calibration, p.name AS standpoint, u.cameras AS pictures, i.reason,
         CASE
-            WHEN u.run_id IS NOT NULL THEN 'picture'
             WHEN p.name IS NOT NULL THEN 'standpoint'
+            WHEN u.run_id IS NOT NULL THEN 'picture'
             WHEN d.run_id IS NOT NULL THEN 'calibration'
             WHEN i.covariance IS NULL AND i.m00 IS NULL THEN 'nothing'
             WHEN i.covariance IS NULL THEN 'prior'
