@@ -14,32 +14,6 @@ QUIET = np.full(256, 0.01)
 U, V = np.cos(0.5) * X + np.sin(0.5) * Y, -np.sin(0.5) * X + np.cos(0.5) * Y
 
 
-@pytest.mark.parametrize(
-    ("surface", "label"),
-    [
-        (100 - 0.8 * U**2 - 1.2 * V**2, "peak"),
-        (100 + 0.8 * U**2 + 1.2 * V**2, "pit"),
-        (100 + 0.9 * U**2 - 0.9 * V**2, "saddle"),
-        (100 - 0.9 * U**2 + 3.0 * V, "ridge"),
-        (100 + 0.9 * U**2, "ravine"),
-        (100 + 0.0 * X, "flat"),
-        (100 + 2.0 * U - 1.0 * V, "slope"),
-        (100 + 0.9 * (U - 6) ** 2 + 0.2 * V, "convex"),
-        (100 - 0.9 * (U - 6) ** 2 - 0.7 * (V + 5) ** 2, "concave"),
-        (100 - 0.9 * (U - 6) ** 2 + 0.7 * (V + 5) ** 2, "saddle_hill"),
-    ],
-)
-def test_the_middle_pixel_has_the_label_of_its_surface(surface: np.ndarray, label: str) -> None:
-    labels, _ = label_topography(surface, QUIET)
-    assert LABELS[labels[20, 20]] == label
-
-
-def test_a_ridge_is_a_line_one_pixel_wide() -> None:
-    labels, _ = label_topography(100 - 0.9 * (X - 0.2) ** 2, QUIET)
-    assert np.all(labels[12:29, 20] == LABELS.index("ridge"))
-    assert not np.any(labels[12:29, 14:20] == LABELS.index("ridge"))
-
-
 def test_edges_are_inflections_and_noise_stays_flat() -> None:
     image = step(0.4, 0.0) + np.random.default_rng(0).normal(0, 2.0, (64, 64))
     edges = detect_edges(image, p=EdgeParameters(min_contrast=30))

@@ -11,11 +11,12 @@ from scipy.optimize import least_squares
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
+from tests.vision.localisation import simulation
 from tests.vision.localisation.scenes import above, blocks, off, stereo_rig
 from tests.vision.localisation.simulation import Errors, draw_edges
 from vision.cameras.cameras import CalibrationSigma, Rig, Standpoint, perturb, perturbation
-from vision.localisation.hypotheses import EdgePoints, build_fine_evidence
-from vision.localisation.measurements import EdgeIndex, correct_rig, share_left
+from vision.localisation.hypotheses import EdgePoints
+from vision.localisation.measurements import correct_rig, share_left
 from vision.localisation.refine import Fit
 from vision.localisation.verdict import compare_standpoints, compute_precision
 
@@ -47,9 +48,7 @@ def stand(seed: int, moved: float = 0.0, sigma: Floats = SIGMA) -> tuple[Fit, Ri
 
 
 def fit_of(rig: Rig, edges: dict[str, EdgePoints], truth: Floats) -> Fit:
-    indexes = {name: EdgeIndex(edges[name]) for name in rig.cameras}
-    some = {name: edges[name] for name in rig.cameras}
-    return Fit(SCENE, rig, indexes, build_fine_evidence(rig, some), off(truth, 10.0, 0.02, 1))
+    return simulation.fit_of(SCENE, rig, edges, off(truth, 10.0, 0.02, 1))
 
 
 def test_it_ends_where_scipy_does() -> None:
