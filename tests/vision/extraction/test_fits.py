@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from scipy.special import erf, ndtr
 
 from relmodel.arrays import Floats
-from tests.vision.extraction.synthetic import linked, step
+from tests.vision.extraction.synthetic import linked
 from vision.extraction import fits
 from vision.extraction.arcs import FREE, Arcs, measure_arcs
 from vision.extraction.chains import fill_gaps
@@ -179,26 +179,6 @@ def _offsets(x: Floats, y: Floats) -> Floats:
     return np.asarray(np.sign(x[-1] - x[0]) * right)
 
 
-def test_a_free_curve_scatters_as_its_covariance_says() -> None:
-    clean, rng = _wave(), np.random.default_rng(11)
-    stations, covariances, points = [], [], []
-    for _ in range(20):
-        arcs = _free_curve(clean + rng.normal(0, 10, clean.shape))
-        offsets = _offsets(arcs.x, arcs.y)
-        walked = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(arcs.x), np.diff(arcs.y)))])
-        stations.append(np.interp(np.linspace(0.0, walked[-1], 8), walked, offsets))
-        covariances.append(arcs.covariance[0])
-        points.append(offsets / arcs.point_sigma)
-    found, expected = np.array(stations), np.mean(covariances, axis=0)
-    assert np.sqrt(np.mean(np.var(found, axis=0, ddof=1) / np.diag(expected))) == pytest.approx(1.0, abs=0.15)
-    off = found - found.mean(axis=0)
-    square = np.einsum("ni,ij,nj->n", off, np.linalg.inv(expected), off) / 8
-    assert np.mean(square) == pytest.approx(1.0, abs=0.35)  # correlation between the stations included
-    assert np.std(np.concatenate(points)) == pytest.approx(1.0, abs=0.2)
-    assert np.abs(found.mean(axis=0)).max() < 0.05
-    assert np.sqrt(np.mean(expected.diagonal())) < 0.1
-
-
 def test_what_conics_describe_badly_is_one_free_curve() -> None:
     """A star with round points and a superellipse, whose conics would be many."""
     y, x = np.mgrid[:300, :300] - 150.0
@@ -226,26 +206,6 @@ def test_the_ends_of_a_free_curve_lead_on_along_it() -> None:
         beyond = ends.points(np.array([[-4.0], [4.0]]))[:, 0]
         assert np.abs(_offsets(*beyond.T)).max() < 0.7
         assert np.all(ends.curvature * [-1, 1] > 0.02)  # 0.04 at the one, falling to nothing at the other
-
-
-_ANGLES = np.linspace(0.05, 2 * np.pi, 6, endpoint=False)
-
-
-def _arcs(image: Floats, noise: float, seed: int) -> Arcs:
-    return extract(image + np.random.default_rng(seed).normal(0.0, noise, image.shape)).arcs
-
-
-def test_points_lie_on_a_noisy_step_as_near_as_they_say() -> None:
-    noise, rms = 20.0, 0.09
-    errors, sigmas = [], []
-    for seed, angle in enumerate(_ANGLES):
-        arcs = _arcs(step(angle, 0.2, (128, 128)), noise, seed)
-        distance = (arcs.x - 63.5) * np.cos(angle) + (arcs.y - 63.5) * np.sin(angle) - 0.2
-        errors.append(distance[np.abs(distance) < 2])
-        sigmas.append(arcs.point_sigma[np.abs(distance) < 2])
-    error, sigma = np.concatenate(errors), np.concatenate(sigmas)
-    assert np.sqrt(np.mean(error**2)) < rms
-    assert np.std(error / sigma) == pytest.approx(1.0, abs=0.15)
 
 
 @pytest.mark.parametrize("radius", [3.0, 8.0, 300.0])

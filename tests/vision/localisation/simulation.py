@@ -58,6 +58,19 @@ def shift_bodies(
         edges[name].position[np.flatnonzero(np.isin(scene.occurrence_of_arc[seen.arc], bodies))] += shift
 
 
+Corners = tuple[Floats | tuple[float, float], Floats | tuple[float, float]]
+
+
+def scattered_edges(
+    rng: np.random.Generator, count: int, places: Corners, bounds: Corners, contrast: tuple[float, float] = (-90, 90)
+) -> EdgePoints:
+    """Elements anywhere between two corners, turned any way."""
+    angle, (low, high) = rng.uniform(0, 2 * np.pi, count), map(np.asarray, bounds)
+    normal = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    position = rng.uniform(*places, (count, 2))
+    return EdgePoints(position, normal, rng.uniform(*contrast, count), np.full(count, 0.1), low, high, 200.0)
+
+
 def among_clutter(
     camera: Camera, position: Floats, normal: Floats, sigma: float, rng: np.random.Generator
 ) -> EdgePoints:

@@ -11,9 +11,9 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, stereo_rig
-from tests.vision.localisation.simulation import Errors, draw_edges
+from tests.vision.localisation.simulation import Errors, draw_edges, scattered_edges
 from vision.cameras.cameras import CalibrationSigma, Rig, perturb
-from vision.localisation.hypotheses import EdgePoints, Prediction, predict, project_directions, project_with_jacobians
+from vision.localisation.hypotheses import Prediction, predict, project_directions, project_with_jacobians
 from vision.localisation.measurements import (
     EdgeIndex,
     Measurements,
@@ -169,25 +169,12 @@ def test_no_response_moves_edges_toward_the_bright_side() -> None:
     assert split_response(np.array([0.3, 0.1]))[1] == 0.0
 
 
-def some_edges(rng: np.random.Generator, count: int, low: Floats, high: Floats) -> EdgePoints:
-    angle = rng.uniform(0, 2 * np.pi, count)
-    return EdgePoints(
-        rng.uniform(low, high, (count, 2)),
-        np.stack([np.cos(angle), np.sin(angle)], axis=1),
-        rng.uniform(-90, 90, count),
-        np.full(count, 0.1),
-        low,
-        high,
-        200.0,
-    )
-
-
 @pytest.mark.parametrize("degrees", [0.0, 90.0, 33.0, 120.0, 179.99])
 @pytest.mark.parametrize("size", [(60.0, 22.0), (22.0, 60.0)])
 def test_of_the_edges_on_a_normal_the_one_that_counts_most_is_found(degrees: float, size: tuple[float, float]) -> None:
     rng = np.random.default_rng(round(degrees))
     low = np.array([-7.0, 5.0])
-    edges = some_edges(rng, 900, low, low + size)
+    edges = scattered_edges(rng, 900, (low, low + size), (low, low + size))
     index = EdgeIndex(edges, odds := rng.normal(0, 0.5, 900))
     angle = np.radians(degrees)
     way, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
@@ -205,9 +192,10 @@ def test_of_the_edges_on_a_normal_the_one_that_counts_most_is_found(degrees: flo
 
 
 def test_texture_is_the_usual_contrast_and_no_edge_has_none() -> None:
-    edges = some_edges(np.random.default_rng(0), 5, np.zeros(2), np.full(2, 20.0))
+    rng, corners = np.random.default_rng(0), ((0.0, 0.0), (20.0, 20.0))
+    edges = scattered_edges(rng, 5, corners, corners)
     edges.contrast[:] = [-40.0, 10, 0, -20, 90]
     index = EdgeIndex(edges, np.log(np.array([1.0, 2, 3, 4, 5])))
     assert index.texture == 20.0
     np.testing.assert_allclose(index.strength, [40, 20, 0.003, 80, 450])
-    assert EdgeIndex(some_edges(np.random.default_rng(0), 0, np.zeros(2), np.ones(2))).texture == 1.0
+    assert EdgeIndex(scattered_edges(rng, 0, corners, corners)).texture == 1.0
