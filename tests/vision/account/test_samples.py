@@ -13,8 +13,10 @@ from scipy.stats import beta
 
 from relmodel.arrays import Floats, Ints
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
+from vision.account.account_parameters import SupportParameters
 from vision.account.runs import weigh_runs
 from vision.account.samples import (
+    Nearby,
     Samples,
     SampleSupport,
     Sides,
@@ -224,6 +226,27 @@ def test_support_is_by_the_nearest_element_of_its_own() -> None:
     assert 20 < found.found.sum() < n
     taken = [nearest[e][1] if nearest[e][0] <= 2.0 else -1 for e in nearby.element]
     assert found.owner.tolist() == taken
+
+
+def two_lines(apart: float, surfaces: tuple[tuple[int, int], tuple[int, int]]) -> tuple[Samples, Nearby]:
+    """Two parallel predicted lines, `apart` px, with elements along the first alone."""
+    x = np.arange(20.0, 180.0)
+    first, second = (np.stack([x, np.full(len(x), y)], axis=1) for y in (100.0, 100.0 + apart))
+    surface = np.repeat(np.array(surfaces), len(x), axis=0)
+    along = np.tile([1.0, 0.0], (2 * len(x), 1))
+    samples = samples_at(np.concatenate([first, second]), along, surface, np.repeat([0, 1], len(x)))
+    index = EdgeIndex(edge_points(first + np.array([0.0, 0.1]), np.tile([0.0, 1.0], (len(x), 1))))
+    return samples, find_nearby(samples.camera, samples.pixel, samples.direction, [index], np.zeros(1), S)
+
+
+def test_an_element_supports_the_nearer_of_two_edges_alone_unless_they_cannot_be_told_apart() -> None:
+    p = SupportParameters(crowded_px=1.0)
+    samples, nearby = two_lines(1.8, ((0, 1), (2, 3)))
+    assert measure_support(samples, nearby, p).found.tolist() == [True] * 160 + [False] * 160
+    assert measure_support(*two_lines(1.8, ((0, 1), (1, 2))), p).found.all(), "edges of one surface share"
+    assert measure_support(*two_lines(0.3, ((0, 1), (2, 3))), p).found.all(), "edges that coincide share"
+    assert not measure_support(*two_lines(2.5, ((0, 1), (2, 3))), SupportParameters()).weight.any()
+    assert measure_support(*two_lines(6.0, ((0, 1), (2, 3))), SupportParameters()).weight.all()
 
 
 def some_runs(seed: int) -> tuple[Samples, SampleSupport, Sides]:

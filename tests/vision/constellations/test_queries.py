@@ -178,8 +178,8 @@ def test_the_longest_straight_edges_of_an_object() -> None:
     pose = {number: rng.normal(size=12) for number in range(4)}
     nodes: list[Row] = []
     for o, n, p, b in ((5, 0, None, 0), (5, 1, 9, 0), (5, 2, 9, 0), (5, 3, 9, 1), (6, 1, 9, 0)):
-        node = {"object_id": o, "node_no": n, "part_id": p, "body_no": b, "shape_id": 3}
-        nodes.append(node | dict(zip(MATRIX, pose[n], strict=True)))
+        placed: Row = {"object_id": o, "node_no": n, "part_id": p, "body_no": b, "shape_id": 3}
+        nodes.append(placed | dict(zip(MATRIX, pose[n], strict=True)))
     kinds = ("convex", "concave", "free", "smooth", "convex", "convex", "convex")
     recognised = ("line", "line", "line", "line", "circle", "line", "line")
     lengths = (20.0, 30.0, 30.0, 90.0, 90.0, 11.9, 12.0)

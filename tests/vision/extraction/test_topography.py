@@ -4,14 +4,25 @@ import numpy as np
 import pytest
 
 from tests.vision.extraction.synthetic import step
-from vision.extraction.edges import detect_edges
+from vision.extraction.edges import MOMENTS, detect_edges, gaussian_kernels
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, TopographyParameters
 from vision.extraction.topography import LABELS, fit_ridge_arcs, label_topography, mark_inflections
 
 Y, X = np.mgrid[:41, :41] - 20.0
-QUIET = np.full(256, 0.01)
-U, V = np.cos(0.5) * X + np.sin(0.5) * Y, -np.sin(0.5) * X + np.cos(0.5) * Y
+U = np.cos(0.5) * X + np.sin(0.5) * Y
+
+
+@pytest.mark.parametrize("noise", [0.01, 9.0])
+def test_slopes_and_bends_count_from_their_limits_on(noise: float) -> None:
+    """Of their own, or three standard deviations of the noise."""
+    sigma = np.sqrt(np.diag(gaussian_kernels(TopographyParameters().scale).moment_covariance))
+    slope = max(0.5, 3 * noise * sigma[MOMENTS.index((1, 0))])
+    bend = max(1.0, 6 * noise * sigma[MOMENTS.index((2, 0))])
+    for share, expected in ((0.95, ["flat", "slope"]), (1.05, ["slope", "concave"])):
+        surfaces = 100 + share * slope * U, 100 - 0.5 * share * bend * (U - 6) ** 2
+        found = [label_topography(surface, np.full(256, noise))[0][20, 20] for surface in surfaces]
+        assert [LABELS[label] for label in found] == expected
 
 
 def test_edges_are_inflections_and_noise_stays_flat() -> None:

@@ -148,11 +148,11 @@ def test_the_world_and_the_order_and_names_of_cameras_do_not_matter() -> None:
     )
     names = {"b": "right", "a": "left"}
     given: tuple[Any, ...] = (RIG.cameras, RIG.rig_from_camera, RIG.sigma, seen("blocks"), pictures("blocks"))
-    *rig, primitives, greys = ({new: of[old] for new, old in names.items()} for of in given)
+    cameras, placed, sigma, primitives, greys = ({new: of[old] for new, old in names.items()} for of in given)
     prior = off(truth, 10.0, np.radians(1), 2)
     found = localise(scene, Observation(RIG, seen("blocks"), pictures("blocks")), prior)
     prior = replace(prior, world_from_rig=moved @ prior.world_from_rig)
-    again = localise(elsewhere, Observation(Rig(*rig), primitives, greys), prior)
+    again = localise(elsewhere, Observation(Rig(cameras, placed, sigma), primitives, greys), prior)
     assert found.best is not None
     assert again.best is not None
     assert again.verdict.verdict == found.verdict.verdict == "accepted"

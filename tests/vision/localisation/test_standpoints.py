@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from scipy.stats import chi2, norm
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
@@ -96,6 +97,13 @@ def test_it_ends_where_scipy_does() -> None:
     jacobian: Floats = np.asarray(best.jac, float)
     np.testing.assert_allclose(np.linalg.inv(jacobian.T @ jacobian)[:6, :6], found.left[:6, :6], rtol=0.1, atol=1e-7)
     assert np.ptp(found.camera_unknowns[:, 1:4], axis=0).max() == 0  # one camera, wherever it stands
+    # How far standpoints are off, by what tells it: what pictures leave open errs 1.4 times as much as they say.
+    for name, it in compare_standpoints(fit.rig, found).items():
+        value, axes = np.linalg.eigh(found.left[6:, 6:][columns[name], columns[name]])
+        shown = (1 - value) * (1 + (1.4**2 - 1) * np.clip(value - 1 / 4, 0, 1))
+        told = 1 - value > 0.2
+        square = ((axes.T @ found.solved[columns[name]])[told] ** 2 / shown[told]).sum()
+        assert 2 * norm.sf(it.misfit.sigmas) == pytest.approx(chi2.sf(square, told.sum()))
 
 
 def test_a_standpoint_that_is_moved_is_named_with_the_amount() -> None:

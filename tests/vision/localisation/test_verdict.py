@@ -48,10 +48,9 @@ def table(
 ) -> HypothesisTable:
     """Poses that gather all that is expected of them, but for what is given."""
     known = {"prior_sigma": 1.0, "evidence": 2000.0, "found": 1e3, "expected": 1e3, "outline_px": 105.0} | given
-    columns = np.broadcast_arrays(*map(np.atleast_1d, known.values()), told)
-    none = np.zeros(columns[0].shape)
-    contrast = none + outlines
-    return HypothesisTable(*columns[:5], contrast, none, none > 0, columns[5])  # type: ignore[arg-type]
+    sigma, evidence, found, expected, px, nats = np.broadcast_arrays(*map(np.atleast_1d, (*known.values(), told)))
+    none = np.zeros(len(sigma))
+    return HypothesisTable(sigma, evidence, found, expected, px, none + outlines, none, none > 0, nats)
 
 
 SURE = PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0)
