@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import betabinom
 
 from relmodel.arrays import Floats, Ints
-from tests.vision.account.test_elements_beside import samples_at, unit
+from tests.vision.account.test_samples import samples_at, unit
 from vision.account.account_parameters import RunParameters
 from vision.account.runs import (
     EdgeRuns,

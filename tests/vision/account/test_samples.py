@@ -9,13 +9,14 @@ from typing import cast
 
 import numpy as np
 import pytest
-from scipy.stats import beta, betabinom
+from scipy.stats import beta
 
-from relmodel.arrays import Floats
-from tests.vision.account.test_elements_beside import edge_points, samples_at, unit
+from relmodel.arrays import Floats, Ints
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
+from vision.account.account_parameters import SupportParameters
 from vision.account.runs import weigh_runs
 from vision.account.samples import (
+    Nearby,
     Samples,
     SampleSupport,
     Sides,
@@ -24,13 +25,34 @@ from vision.account.samples import (
     look_at_sides,
     measure_support,
 )
-from vision.localisation.hypotheses import bound_elements
+from vision.localisation.hypotheses import EdgePoints, bound_elements
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import find_view_arcs
 from vision.presence.presence_parameters import DEFAULTS
 from vision.scene import Scene, StoredScene
 
 P = DEFAULTS
+S = P.account.samples
+
+
+def unit(angle: Floats) -> Floats:
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def edge_points(position: Floats, normal: Floats, contrast: float = 40.0) -> EdgePoints:
+    n = len(position)
+    bounds = np.zeros(2), np.full(2, 200.0)
+    return EdgePoints(position, normal, np.full(n, contrast), np.full(n, 0.1), *bounds, 200.0)
+
+
+def samples_at(pixel: Floats, direction: Floats, surface: Ints, arc: Ints) -> Samples:
+    n = len(pixel)
+    return Samples(
+        camera=np.zeros(n, np.int64), run=arc, view_run=arc, kind=np.zeros(n, np.int8), arc=arc, surface=surface,
+        kin=surface, point=np.zeros((n, 3)), pixel=pixel, direction=direction,
+        normal=np.tile([1.0, 0.0, 0.0], (n, 2, 1)), px_per_mm=np.ones((n, 2)), length_px=np.ones(n),
+        front=np.full(n, 2), inside=np.ones(n, bool),
+    )  # fmt: skip
 
 
 def stored(scene: Scene) -> StoredScene:
@@ -132,6 +154,33 @@ def test_what_lies_on_either_side_of_an_edge() -> None:
     assert seen > 40
 
 
+def test_all_elements_along_the_normals_are_listed_and_no_others() -> None:
+    rng = np.random.default_rng(3)
+    index = EdgeIndex(edge_points(rng.uniform(0, 200, (4000, 2)), unit(rng.uniform(0, 2 * np.pi, 4000))))
+    pixel = np.concatenate([rng.uniform(-5, 205, (150, 2)), np.full((4, 2), 100.0)])
+    angle = np.concatenate([rng.uniform(0, 2 * np.pi, 150), np.pi / 2 * np.arange(4)])
+    direction = unit(angle)
+    found = find_nearby(np.zeros(len(pixel), np.int64), pixel, direction, [index], np.zeros(1), S)
+    edges = index.edges
+    for k in range(len(pixel)):
+        normal = np.array([-direction[k, 1], direction[k, 0]])
+        way = edges.position - pixel[k]
+        near = (np.abs(way @ direction[k]) <= S.max_along_px) & (np.abs(way @ normal) <= S.reach_px)
+        near &= np.abs(edges.normal @ normal) >= S.min_cosine
+        mine = slice(found.first[k], found.first[k + 1])
+        assert sorted(found.element[mine]) == np.flatnonzero(near).tolist()
+        assert np.allclose(np.sort(found.offset[mine]), np.sort((way @ normal)[near]))
+
+
+def test_the_camera_s_response_is_taken_off() -> None:
+    """An edge that is brighter below is seen too high, toward its dark side."""
+    at = np.array([[50.0, 49.9]])
+    index = EdgeIndex(edge_points(at, np.array([[0.0, 1.0]]), contrast=100.0))
+    there, along = np.array([[50.0, 50.0]]), np.array([[1.0, 0.0]])
+    found = find_nearby(np.zeros(1, np.int64), there, along, [index], np.array([0.2]), S)
+    assert np.allclose(found.offset, 0.0)
+
+
 def test_support_is_by_the_nearest_element_of_its_own() -> None:
     rng = np.random.default_rng(5)
     n = 220
@@ -177,6 +226,27 @@ def test_support_is_by_the_nearest_element_of_its_own() -> None:
     assert 20 < found.found.sum() < n
     taken = [nearest[e][1] if nearest[e][0] <= 2.0 else -1 for e in nearby.element]
     assert found.owner.tolist() == taken
+
+
+def two_lines(apart: float, surfaces: tuple[tuple[int, int], tuple[int, int]]) -> tuple[Samples, Nearby]:
+    """Two parallel predicted lines, `apart` px, with elements along the first alone."""
+    x = np.arange(20.0, 180.0)
+    first, second = (np.stack([x, np.full(len(x), y)], axis=1) for y in (100.0, 100.0 + apart))
+    surface = np.repeat(np.array(surfaces), len(x), axis=0)
+    along = np.tile([1.0, 0.0], (2 * len(x), 1))
+    samples = samples_at(np.concatenate([first, second]), along, surface, np.repeat([0, 1], len(x)))
+    index = EdgeIndex(edge_points(first + np.array([0.0, 0.1]), np.tile([0.0, 1.0], (len(x), 1))))
+    return samples, find_nearby(samples.camera, samples.pixel, samples.direction, [index], np.zeros(1), S)
+
+
+def test_an_element_supports_the_nearer_of_two_edges_alone_unless_they_cannot_be_told_apart() -> None:
+    p = SupportParameters(crowded_px=1.0)
+    samples, nearby = two_lines(1.8, ((0, 1), (2, 3)))
+    assert measure_support(samples, nearby, p).found.tolist() == [True] * 160 + [False] * 160
+    assert measure_support(*two_lines(1.8, ((0, 1), (1, 2))), p).found.all(), "edges of one surface share"
+    assert measure_support(*two_lines(0.3, ((0, 1), (2, 3))), p).found.all(), "edges that coincide share"
+    assert not measure_support(*two_lines(2.5, ((0, 1), (2, 3))), SupportParameters()).weight.any()
+    assert measure_support(*two_lines(6.0, ((0, 1), (2, 3))), SupportParameters()).weight.all()
 
 
 def some_runs(seed: int) -> tuple[Samples, SampleSupport, Sides]:
@@ -289,4 +359,3 @@ def test_what_is_expected_of_an_edge_that_is_there_is_the_mean_over_what_may_be_
         weights.append(ways * there)
     odds = [log_odds_of(level, 10, 0.1, likely) for level in shares]
     assert runs.expected[0] == pytest.approx(np.average(odds, weights=weights))
-    assert betabinom.pmf(9, 10, 6, 0.7) > betabinom.pmf(5, 10, 6, 0.7)

@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from relmodel.arrays import Floats
+from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import MATRIX_COLUMNS, rotation_matrix
 from relmodel.store import Store
 from tests.vision.constellations.test_join import OBJECT, circles, keep
@@ -102,11 +102,14 @@ def frame(size: Floats, at: tuple[float, ...] = (0.0,), cosine: float = 0.0) -> 
                 point.append(line + np.array([shift, 0, 0]))
                 tangent.append(np.tile(np.eye(3)[axis], (len(t), 1)))
                 arc.append(np.full(len(t), len(arc)))
-    count = sum(map(len, arc))
-    made: dict[Any, Any] = {}
+    return scene_of(np.concatenate(point), np.concatenate(tangent), np.concatenate(arc), cosine)
+
+
+def scene_of(point: Floats, tangent: Floats, arc: Ints, cosine: float = 0.0) -> Scene:
+    count, made = len(point), dict[Any, Any]()
     return cast(Scene, SimpleNamespace(
         reference_samples=np.arange(count), sample_cosine=np.full(count, cosine), sample_length=np.ones(count),
-        sample_point=np.concatenate(point), sample_tangent=np.concatenate(tangent), sample_arc=np.concatenate(arc),
+        sample_point=point, sample_tangent=tangent, sample_arc=arc,
         once=lambda key, make: made.setdefault(key, make()),
     ))  # fmt: skip
 
@@ -328,12 +331,7 @@ def test_circles_or_straight_edges_in_space_tell_where_the_rig_is(store: Store, 
     object.__setattr__(found_arcs, "conics", replace(found_arcs.conics, covariance=sure))
     object.__setattr__(found_arcs, "covariance", np.tile(0.01 * np.eye(6), (len(rows), 1, 1)))
     point, tangent = np.concatenate(points) @ WORLD[:3, :3].T + WORLD[:3, 3], np.concatenate(tangents) @ WORLD[:3, :3].T
-    made: dict[Any, Any] = {}
-    scene = cast(Scene, SimpleNamespace(
-        reference_samples=np.arange(len(point)), sample_cosine=np.zeros(len(point)), sample_length=np.ones(len(point)),
-        sample_point=point, sample_tangent=tangent, sample_arc=np.concatenate(arcs),
-        once=lambda key, make: made.setdefault(key, make()),
-    ))  # fmt: skip
+    scene = scene_of(point, tangent, np.concatenate(arcs))
     known = cast(Store, World(store, edges))
     with store.read() as connection:
         for off in (None, [12.0, -9, 15, 0.01, 0.02, -0.01], [900.0, 0, 0, 0, 0, 0]):

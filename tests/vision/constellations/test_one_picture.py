@@ -1,5 +1,4 @@
-"""Circles in space of one picture's ellipses against circles that were projected, their join with an object's circles
-against loops, on both engines, and the fit of poses to ellipses."""
+"""Circles in space of one picture's ellipses against circles that were projected, and their join against loops."""
 
 from __future__ import annotations
 
@@ -21,12 +20,9 @@ from vision.cameras.cameras import Camera
 from vision.constellations.constellation_parameters import EllipseParameters, OnePictureParameters
 from vision.constellations.elements import (
     Circles,
-    EllipseFit,
     PictureEllipses,
     find_circles,
     find_ellipses,
-    to_matrices,
-    to_rows,
 )
 from vision.constellations.find_poses import join_ellipses
 from vision.extraction.arcs import ELLIPTIC
@@ -176,20 +172,3 @@ def test_the_join_finds_what_loops_find(fresh_store: str) -> None:
     assert 0 < len(few.alike) <= 40
     assert (np.diff(few.alike) >= 0).all()
     assert few.alike.max() <= np.median(joined.alike), "the rarest"
-
-
-def test_a_pose_is_led_to_where_its_circles_are_seen() -> None:
-    true = before_the_camera(12, 3)
-    found, of = ellipses_of(true)
-    p = OnePictureParameters(rounds=8)
-    fit = EllipseFit(found, CAMERA, true, p)
-    start = np.tile(np.eye(4), (3, 1, 1))
-    start[1:, :3, :3] = rotation_matrix(np.array([[0.01, -0.02, 0.015], [-0.02, 0.01, 0.0]]))
-    start[1:, :3, 3] = [[4.0, -3.0, 6.0], [-3.0, 2.0, -8.0]]
-    led, off = fit.fit(to_rows(start), np.tile(of, (3, 1)), np.tile(np.arange(len(of)), (3, 1)))
-    assert off.max() < 1e-3
-    assert np.abs(to_matrices(led) - np.eye(4)).max() < 1e-3
-    score, which = fit.score(to_rows(start))
-    assert which[0].tolist() == of
-    assert score[0] > score[1:].max()
-    assert to_matrices(to_rows(start)) == pytest.approx(start)

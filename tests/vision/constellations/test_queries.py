@@ -176,17 +176,10 @@ def test_the_longest_straight_edges_of_an_object() -> None:
     or short ones are left out."""
     rng = np.random.default_rng(2)
     pose = {number: rng.normal(size=12) for number in range(4)}
-    nodes = [
-        {
-            "object_id": o,
-            "node_no": n,
-            "part_id": p,
-            "body_no": b,
-            "shape_id": 3,
-            **dict(zip(MATRIX, pose[n], strict=True)),
-        }
-        for o, n, p, b in ((5, 0, None, 0), (5, 1, 9, 0), (5, 2, 9, 0), (5, 3, 9, 1), (6, 1, 9, 0))
-    ]
+    nodes: list[Row] = []
+    for o, n, p, b in ((5, 0, None, 0), (5, 1, 9, 0), (5, 2, 9, 0), (5, 3, 9, 1), (6, 1, 9, 0)):
+        placed: Row = {"object_id": o, "node_no": n, "part_id": p, "body_no": b, "shape_id": 3}
+        nodes.append(placed | dict(zip(MATRIX, pose[n], strict=True)))
     kinds = ("convex", "concave", "free", "smooth", "convex", "convex", "convex")
     recognised = ("line", "line", "line", "line", "circle", "line", "line")
     lengths = (20.0, 30.0, 30.0, 90.0, 90.0, 11.9, 12.0)
@@ -212,17 +205,11 @@ def test_the_longest_straight_edges_of_an_object() -> None:
 
 def test_the_inspected_objects_of_a_world() -> None:
     matrices = np.arange(60.0).reshape(5, 12)
+    given = ((1, "inspected", 4), (1, "tool", 0), (1, "inspected", 2), (2, "inspected", 1), (1, "inspected", 3))
     rows = [
-        {
-            "world_id": w,
-            "role": role,
-            "object_no": number,
-            "object_id": 10 + i,
-            **dict(zip(MATRIX, matrices[i], strict=True)),
-        }
-        for i, (w, role, number) in enumerate(
-            ((1, "inspected", 4), (1, "tool", 0), (1, "inspected", 2), (2, "inspected", 1), (1, "inspected", 3))
-        )
+        {"world_id": w, "role": role, "object_no": number, "object_id": 10 + i}
+        | dict(zip(MATRIX, matrices[i], strict=True))
+        for i, (w, role, number) in enumerate(given)
     ]
     found = ask("constellations/objects", {"world_object": rows}, world_id=1)
     assert found == [(10 + i, *matrices[i].tolist()) for i in (2, 4, 0)]

@@ -12,19 +12,20 @@ from vision.extraction.chains import Chains
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extract import extract
 from vision.extraction.fits import compute_curvature_bias
+from vision.extraction.junctions import snap_polylines
 from vision.extraction.rows import make_rows
 from vision.extraction.segmentation import fit_arcs
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
-RADII = (3.0, 1e3, 1e5, 1e7, np.inf)
+RADII = (3.0, 1e3, 1e7, np.inf)
 
 
 def are_whole(arcs: Arcs) -> bool:
     return bool(arcs.is_finite.all() and np.isfinite(arcs.significance).all())
 
 
-@pytest.mark.parametrize("half_spread", [1.0, 1.4, 6.0, 40.0])
+@pytest.mark.parametrize("half_spread", [1.0, 40.0])
 def test_the_bias_of_a_curve_goes_to_its_limit(half_spread: float) -> None:
     """Large circles are drawn inwards by half the variance over the radius; how few px small ones are is unknown."""
     radius = np.geomspace(1e-3, 1e15, 400)
@@ -39,8 +40,8 @@ def test_the_bias_of_a_curve_goes_to_its_limit(half_spread: float) -> None:
 @pytest.mark.parametrize("radius", RADII)
 def test_edge_elements_of_any_radius_length_and_noise_give_arcs_that_lie_on_them(radius: float) -> None:
     rng = np.random.default_rng(7)
-    for length in (12, 700, 6000):
-        for noise in (0.0, 0.05, 0.5):
+    for length in (12, 700, 3000):
+        for noise in (0.0, 0.5):
             turn = np.arange(min(length, int(min(2 * np.pi * radius, 1e9)))) / radius
             along = np.arange(len(turn), dtype=float) if np.isinf(radius) else radius * np.sin(turn)
             away = 0 * along if np.isinf(radius) else 2 * radius * np.sin(0.5 * turn) ** 2
@@ -62,17 +63,22 @@ def test_edge_elements_of_any_radius_length_and_noise_give_arcs_that_lie_on_them
                 assert np.max(arcs.residual[on], initial=0.0) < 3 * noise + 0.3
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 700), (700, 1), (5, 5), (11, 400), (12, 12), (13, 40)])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 300), (300, 1), (11, 200), (12, 12), (13, 40)])
 def test_pictures_of_any_shape_and_what_they_may_show(shape: tuple[int, int]) -> None:
     row, column = np.indices(shape)
     shown = [
         np.zeros(shape), np.full(shape, 255.0), 255.0 * ((row + column) % 2), 255.0 * (column > shape[1] // 2),
         255.0 * (row > shape[0] // 2), np.random.default_rng(0).uniform(0, 255, shape), row * 1e-3,
     ]  # fmt: skip
-    for picture in shown:
+    for number, picture in enumerate(shown):
         found = extract(picture)
         make_rows(found)
         assert are_whole(found.arcs)
+        if number < 2:  # nothing: one region, and no arc, junction or mark
+            assert found.regions.area.tolist() == [picture.size]
+            quality = found.quality
+            assert len(found.arcs) + len(quality.texture) + len(quality.highlight) + len(found.junctions) == 0
+            assert snap_polylines(found.arcs, found.junctions)[1].tolist() == [0]
 
 
 def test_an_arc_without_numbers_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

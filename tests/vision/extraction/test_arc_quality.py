@@ -36,11 +36,6 @@ def test_the_border_of_a_saturated_blob_is_marked_as_highlight(bright: float, sh
     assert found.quality.texture[0] < 0.05
 
 
-def test_a_picture_without_arcs_has_no_marks() -> None:
-    found = extract(np.full((64, 64), 90.0))
-    assert len(found.arcs) == len(found.quality.texture) == len(found.quality.highlight) == 0
-
-
 @pytest.mark.parametrize(("bright", "saturated"), [(60.0, False), (250.0, True)])
 def test_the_crest_of_a_fillet_is_told_from_those_of_streaks(bright: float, saturated: bool) -> None:
     y, x = np.mgrid[:200, :200] - 99.5

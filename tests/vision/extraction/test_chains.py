@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
+from scipy.stats import chi2
 
 from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import step
 from vision.extraction.chains import (
     Chains,
     compute_false_alarm_terms,
@@ -16,7 +18,8 @@ from vision.extraction.chains import (
     link,
     select_significant,
 )
-from vision.extraction.edges import EdgeElements
+from vision.extraction.edges import EdgeElements, detect_edges
+from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import LinkingParameters, SignificanceParameters
 
 P, S = LinkingParameters(), SignificanceParameters()
@@ -178,3 +181,20 @@ def test_grey_between_pixels_is_bilinear() -> None:
     grey, place = rng.uniform(0, 255, (20, 30)), rng.uniform(-5, 35, (7, 50, 2))
     true = map_coordinates(grey, [place[..., 1], place[..., 0]], order=1, mode="nearest")
     assert interpolate_grey(grey, place) == pytest.approx(true, abs=1e-9)
+
+
+def test_noise_alone_gives_no_more_arcs_than_its_number_of_false_alarms() -> None:
+    image = 128 + np.random.default_rng(0).normal(0, 12, (512, 512))
+    found = extract(image).arcs
+    expected = 10.0**1.5 * image.size / 1e6
+    assert len(found) <= expected
+
+
+def test_significance_joins_tails_as_fisher_does() -> None:
+    image = step(0.3, 0.0, (96, 96))
+    edges = detect_edges(image)
+    chains = link(edges, image.shape)
+    terms = np.linspace(0.5, 3.0, len(edges))
+    observations = 1 + chains.counts / 20
+    by_hand = chi2.sf(2 * observations * chains.mean(terms), 2 * observations)
+    assert np.allclose(compute_significance(terms, chains), -np.log10(1000 * by_hand))

@@ -4,12 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline
+from scipy.interpolate import BSpline, CubicSpline
+from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.spatial import cKDTree
+from scipy.special import erf, ndtr
 
 from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import linked
 from vision.extraction import fits
-from vision.extraction.extraction_parameters import FittingParameters
-from vision.extraction.fits import Ellipses, fit_ellipses, fit_free_curves, measure_from_ellipses
+from vision.extraction.arcs import FREE, Arcs, measure_arcs
+from vision.extraction.chains import fill_gaps
+from vision.extraction.edges import detect_edges
+from vision.extraction.extract import extract
+from vision.extraction.extraction_parameters import FittingParameters, JunctionParameters
+from vision.extraction.fits import (
+    Ellipses,
+    compute_curvature_bias,
+    fit_ellipses,
+    fit_free_curves,
+    measure_from_circles,
+    measure_from_ellipses,
+    measure_from_lines,
+)
+from vision.extraction.junction_candidates import find_osculating_circles
 
 P = FittingParameters()
 SHAPES = np.array([[50, 60, 30, 20, 0.4], [-20, 5, 9, 3, -1.3], [0, 0, 12, 12.001, 0], [300, 100, 80, 7, np.pi / 2]])
@@ -130,3 +147,95 @@ def test_covariances_of_parameters_follow_from_the_distances_and_what_members_sa
         np.testing.assert_allclose(found[k], np.linalg.inv(j.T @ np.diag(w) @ j) * correlation * error * w.mean())
     flat = np.column_stack([jacobian[:, :2], jacobian[:, 0]])
     assert np.isnan(fits.of_parameters(flat, distance, weight, sigma, first, correlation, P)).all()
+
+
+_HIGH, _LONG, _MIDDLE = 6.0, 70.0, 35.0
+
+
+def _wave() -> Floats:
+    """70 x 130, bright below the wave, drawn eight times as large, blurred there and averaged over the pixels."""
+    times = 8
+    y, x = (np.mgrid[: times * 70, : times * 130] - (times - 1) / 2) / times
+    phase, turn = 2 * np.pi * x / _LONG, 2 * np.pi / _LONG
+    distance = (y - _MIDDLE - _HIGH * np.sin(phase)) / np.hypot(1.0, _HIGH * turn * np.cos(phase))
+    share = gaussian_filter(np.clip(0.5 + times * distance, 0, 1), times * 0.7)
+    return np.asarray(60 + 100 * share.reshape(70, times, 130, times).mean(axis=(1, 3)))
+
+
+def _free_curve(image: Floats) -> Arcs:
+    edges = detect_edges(image)
+    chains = fill_gaps(edges, linked(edges, image.shape), image)
+    chains = chains.take(np.arange(len(chains)) == np.argmax(chains.counts))
+    return measure_arcs(edges, chains, np.array([FREE], np.int32), np.zeros(len(edges), np.bool_), scale=1.4)
+
+
+def _offsets(x: Floats, y: Floats) -> Floats:
+    """How far to the right of the wave, walked as the points (x, y) are, these lie."""
+    dense = np.linspace(-3, 133, 40000)
+    wave = np.column_stack([dense, _MIDDLE + _HIGH * np.sin(2 * np.pi * dense / _LONG)])
+    _, near = cKDTree(wave).query(np.column_stack([x, y]))
+    ahead, aside = wave[near + 1] - wave[near], np.column_stack([x, y]) - wave[near]
+    right = (ahead[:, 0] * aside[:, 1] - ahead[:, 1] * aside[:, 0]) / np.hypot(*ahead.T)
+    return np.asarray(np.sign(x[-1] - x[0]) * right)
+
+
+def test_what_conics_describe_badly_is_one_free_curve() -> None:
+    """A star with round points and a superellipse, whose conics would be many."""
+    y, x = np.mgrid[:300, :300] - 150.0
+    radius, turn = np.hypot(x, y).clip(20.0), np.arctan2(y, x)
+    star = (80.0 + 12.0 * np.cos(5.0 * turn) - radius) / np.hypot(1.0, 60.0 * np.sin(5.0 * turn) / radius)
+    level = (np.abs(x / 110.0) ** 3 + np.abs(y / 90.0) ** 3).clip(1e-3) ** (1 / 3)
+    squarish = (1.0 - level) / np.hypot(*np.gradient(level)).clip(1e-4)
+    rng = np.random.default_rng(3)
+    for distance in (star, squarish):
+        arcs = extract(60.0 + 100.0 * ndtr(distance) + rng.normal(0.0, 2.0, distance.shape)).arcs
+        assert arcs.kind.tolist() == [FREE]
+        assert arcs.closed.all()
+        away = map_coordinates(distance, [arcs.y, arcs.x], order=3)
+        assert np.sqrt(np.mean(away**2)) < 0.06
+        assert arcs.residual[0] < 0.2
+        assert 0.0 < arcs.sigma[0] < 0.1
+
+
+def test_the_ends_of_a_free_curve_lead_on_along_it() -> None:
+    clean = _wave()
+    for seed in range(2):
+        arcs = _free_curve(clean + np.random.default_rng(seed).normal(0, 5, clean.shape))
+        at = np.array([0, len(arcs.x) - 1])
+        ends = find_osculating_circles(arcs, at, arcs.x[at], arcs.y[at], JunctionParameters())
+        beyond = ends.points(np.array([[-4.0], [4.0]]))[:, 0]
+        assert np.abs(_offsets(*beyond.T)).max() < 0.7
+        assert np.all(ends.curvature * [-1, 1] > 0.02)  # 0.04 at the one, falling to nothing at the other
+
+
+@pytest.mark.parametrize("radius", [3.0, 8.0, 300.0])
+def test_discs_are_drawn_inwards_as_the_profile_of_a_blurred_one_says(radius: float) -> None:
+    """By the Gaussian summed over dense samples: where its slope is greatest, and how wide the step seems there."""
+    r, blur = np.arange(-8.0, 4.0, 0.001) + radius, 1.6
+    x = np.arange(-12.0, 4.0, 0.002) + radius
+    inside = np.sqrt(np.maximum(radius**2 - x**2, 0.0))  # half the chord of the disc at x
+    r = r[np.abs(r - radius) < 2.0]
+    kernel = np.exp(-0.5 * ((r[::20, None] - x) / blur) ** 2)
+    coarse = (kernel * erf(inside / (blur * np.sqrt(2.0)))).sum(axis=1)
+    slope = np.gradient(-coarse, r[::20])
+    top = CubicSpline(r[::20], slope)
+    seen = float(next(root for root in top.derivative().roots(extrapolate=False) if top(root, 2) < 0.0))
+    spread = -float(top(seen) / top(seen, 2))
+    found = compute_curvature_bias(np.array([seen]), np.array([0.5 * spread]))[0]
+    assert found == pytest.approx(radius - seen, abs=0.015)
+
+
+def test_deviations_are_distances_along_normals() -> None:
+    rng = np.random.default_rng(3)
+    t, out = rng.uniform(0, 2 * np.pi, 200), rng.uniform(-0.2, 0.2, 200)
+    direction = np.array([np.cos(0.7), np.sin(0.7)])
+    along = rng.uniform(-50, 50, 200)
+    x, y = 30 + along * direction[0] - out * direction[1], 40 + along * direction[1] + out * direction[0]
+    line = measure_from_lines(x, y, np.tile([30.0, 40.0, *direction], (200, 1)))
+    assert line.distance == pytest.approx(out, abs=1e-12)
+
+    x, y = 30 + (25 + out) * np.cos(t), 40 + (25 + out) * np.sin(t)
+    circle = measure_from_circles(x, y, np.tile([30.0, 40.0, 25.0], (200, 1)), np.full(200, 0.5))
+    assert circle.distance == pytest.approx(out, abs=1e-12)
+    assert np.column_stack([circle.nx, circle.ny]) == pytest.approx(np.column_stack([np.cos(t), np.sin(t)]))
+    assert circle.bias == pytest.approx(0.5)

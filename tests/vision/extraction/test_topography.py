@@ -4,40 +4,25 @@ import numpy as np
 import pytest
 
 from tests.vision.extraction.synthetic import step
-from vision.extraction.edges import detect_edges
+from vision.extraction.edges import MOMENTS, detect_edges, gaussian_kernels
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, TopographyParameters
 from vision.extraction.topography import LABELS, fit_ridge_arcs, label_topography, mark_inflections
 
 Y, X = np.mgrid[:41, :41] - 20.0
-QUIET = np.full(256, 0.01)
-U, V = np.cos(0.5) * X + np.sin(0.5) * Y, -np.sin(0.5) * X + np.cos(0.5) * Y
+U = np.cos(0.5) * X + np.sin(0.5) * Y
 
 
-@pytest.mark.parametrize(
-    ("surface", "label"),
-    [
-        (100 - 0.8 * U**2 - 1.2 * V**2, "peak"),
-        (100 + 0.8 * U**2 + 1.2 * V**2, "pit"),
-        (100 + 0.9 * U**2 - 0.9 * V**2, "saddle"),
-        (100 - 0.9 * U**2 + 3.0 * V, "ridge"),
-        (100 + 0.9 * U**2, "ravine"),
-        (100 + 0.0 * X, "flat"),
-        (100 + 2.0 * U - 1.0 * V, "slope"),
-        (100 + 0.9 * (U - 6) ** 2 + 0.2 * V, "convex"),
-        (100 - 0.9 * (U - 6) ** 2 - 0.7 * (V + 5) ** 2, "concave"),
-        (100 - 0.9 * (U - 6) ** 2 + 0.7 * (V + 5) ** 2, "saddle_hill"),
-    ],
-)
-def test_the_middle_pixel_has_the_label_of_its_surface(surface: np.ndarray, label: str) -> None:
-    labels, _ = label_topography(surface, QUIET)
-    assert LABELS[labels[20, 20]] == label
-
-
-def test_a_ridge_is_a_line_one_pixel_wide() -> None:
-    labels, _ = label_topography(100 - 0.9 * (X - 0.2) ** 2, QUIET)
-    assert np.all(labels[12:29, 20] == LABELS.index("ridge"))
-    assert not np.any(labels[12:29, 14:20] == LABELS.index("ridge"))
+@pytest.mark.parametrize("noise", [0.01, 9.0])
+def test_slopes_and_bends_count_from_their_limits_on(noise: float) -> None:
+    """Of their own, or three standard deviations of the noise."""
+    sigma = np.sqrt(np.diag(gaussian_kernels(TopographyParameters().scale).moment_covariance))
+    slope = max(0.5, 3 * noise * sigma[MOMENTS.index((1, 0))])
+    bend = max(1.0, 6 * noise * sigma[MOMENTS.index((2, 0))])
+    for share, expected in ((0.95, ["flat", "slope"]), (1.05, ["slope", "concave"])):
+        surfaces = 100 + share * slope * U, 100 - 0.5 * share * bend * (U - 6) ** 2
+        found = [label_topography(surface, np.full(256, noise))[0][20, 20] for surface in surfaces]
+        assert [LABELS[label] for label in found] == expected
 
 
 def test_edges_are_inflections_and_noise_stays_flat() -> None:

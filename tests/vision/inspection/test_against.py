@@ -8,12 +8,23 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from vision.inspection.against import Candidate, Chosen, Start, doubt, find_worthy, judge, judge_variants, share_edges
+from vision.inspection.against import (
+    Candidate,
+    Chosen,
+    Start,
+    doubt,
+    find_worthy,
+    is_to_be_weighed,
+    judge,
+    judge_variants,
+    share_edges,
+)
 from vision.inspection.inspection_parameters import DEFAULTS
 from vision.inspection.locate import Location
 from vision.localisation.localise import Localisation
 from vision.localisation.verdict import Verdict
 from vision.presence.report import VariantEvidence
+from vision.presence.states import CHANGED, CONFIRMED, UNDECIDABLE, Presence
 
 
 def candidate(number: int, name: str, variant: str = "") -> Candidate:
@@ -96,3 +107,31 @@ def test_other_objects_that_explain_the_same_make_a_pose_ambiguous() -> None:
     one, two = doubt(verdict, ["a"]), doubt(verdict, ["a", "b"])
     assert (one.verdict, one.reason) == ("ambiguous", "a explains the same edges about as well")
     assert two.missing == ["a and b explain the same edges about as well"]
+
+
+def presence(*state: int) -> Presence:
+    """A part, a feature and a surface in these states."""
+    evidence = SimpleNamespace(log_odds=np.zeros((3, 1)))
+    none = np.zeros(3)
+    items = SimpleNamespace(
+        level=["part", "feature", "surface"], path=["a", "b", "c"], feature_no=none, surface_no=none, visible_px=none
+    )
+    known = {"items": items, "state": np.array(state), "reason": np.zeros(3, int), "evidence": evidence}
+    moved = dict.fromkeys(("moved_mm", "moved_sigma_mm", "moved_log_odds", "uncovered_log_odds"), none)
+    return cast(Presence, SimpleNamespace(signs=SimpleNamespace(absent=none), **known, **moved))
+
+
+@pytest.mark.parametrize(
+    ("states", "asked", "weighed"),
+    [
+        ((CONFIRMED, CONFIRMED, CONFIRMED), None, False),
+        ((CONFIRMED, UNDECIDABLE, CHANGED), None, False),
+        ((CONFIRMED, CHANGED, CONFIRMED), None, True),
+        ((CONFIRMED, CHANGED, CONFIRMED), False, False),
+        ((CONFIRMED, CONFIRMED, CONFIRMED), True, True),
+    ],
+)
+def test_variants_are_weighed_where_something_is_not_as_modelled(
+    states: tuple[int, int, int], asked: bool | None, weighed: bool
+) -> None:
+    assert is_to_be_weighed(presence(*states), asked) == weighed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import sqlalchemy as sa
 from relmodel.arrays import Floats, Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
+from tests.given import NewStore
 from tests.json_schema import violations
 from vision.inspection.answer import Inspection, read_inspection
 
@@ -51,33 +52,25 @@ class Rows:
         self.run.append(self.connection, table, {**given, **own, **columns})
 
 
-def write(rows: Rows, verdict: str, poses: list[Floats]) -> None:
+def write(rows: Rows) -> None:
     needs: dict[str, Any] = {"needs_translation_mm": [4.0], "needs_rotation": math.radians(2.0)}
-    known = {"covariance": Ragged.pack([COVARIANCE]), "weakest": "shift along z"} if poses else {}
-    rows.add("inspection", {**needs, **known, "rig_id": 1, "verdict": verdict, "reason": "why", "posterior": 0.75})
-    said = [("missing", "a"), ("note", "n"), ("missing", "b")]
-    rows.add(
-        "inspection_sentence",
-        {"sentence_no": np.arange(3), "kind": [kind for kind, _ in said], "sentence": [words for _, words in said]},
-    )
+    known = {"covariance": Ragged.pack([COVARIANCE]), "weakest": "shift along z"}
+    rows.add("inspection", {**needs, **known, "rig_id": 1, "verdict": "accepted", "reason": "why", "posterior": 0.75})
+    said = {"kind": ["missing", "note", "missing"], "sentence": ["a", "n", "b"]}
+    rows.add("inspection_sentence", {"sentence_no": np.arange(3), **said})
     cameras = {"left": np.eye(4), "right": RIGHT, "blind": np.eye(4)}
     rows.add("camera", {"id": [1], "view_u0": 0.0, "view_v0": 0.0})
     rows.add("image", {"id": [1], "sha256": "0"})
-    rows.add(
-        "rig_camera", {"rig_id": 1, "name": list(cameras), "camera_id": 1, **matrix_columns(list(cameras.values()))}
-    )
+    placed = matrix_columns(list(cameras.values()))
+    rows.add("rig_camera", {"rig_id": 1, "name": list(cameras), "camera_id": 1, **placed})
     rows.add("inspection_image", {"camera": list(cameras), "camera_no": np.arange(3), "image_id": 1})
     moved = {"camera": ["right"] * 3, "name": ["x", "rz", "focal"], "value": [0.5, 0.1, 0.2]}
     rows.add("camera_unknown", {**moved, "expected": 0.0, "sigma": 1.0, "sigma_shown": 0.5})
     rows.add("selected_part", {"occurrence_id": np.arange(5), "shown": [True, False, True, True, False]})
     steps = {"name": ["read", "locate", "locate"], "seconds": [0.25, 1.0, 2.00004]}
     rows.add("run_event", {"event_no": np.arange(10, 13), "kind": "step", "happened_at": ["2026-01-01"] * 3, **steps})
-    if not poses:
-        return
-    numbers = np.arange(len(poses))
-    rows.add(
-        "hypothesis", {"hypothesis_no": numbers, "cost": numbers - 5.5, **matrix_columns(poses), "is_symmetric": False}
-    )
+    costs = {"hypothesis_no": np.arange(2), "cost": np.array([-5.5, -4.5]), "is_symmetric": False}
+    rows.add("hypothesis", {**costs, **matrix_columns([FIRST, SECOND])})
     rows.add("hypothesis_support", {"hypothesis_no": 0, "camera": ["left", "right"]})
     rows.add("verdict_statistic", {"name": ["sigma_mm", "sigma_rad"], "value": [0.5, 0.01]})
     kinds = {"kind": ["start", "equivalent"], "solved_no": np.arange(2), "covariance": Ragged.pack([COVARIANCE] * 2)}
@@ -97,57 +90,50 @@ def write(rows: Rows, verdict: str, poses: list[Floats]) -> None:
     ranked = {"rank_no": np.arange(2), "object_variant_id": [2, 1], "object_no": 3}
     rows.add("variant_evidence", {**ranked, **weighed, "distinguished_by": differ})
     stood = {name: [value, None] for name, value in ((n, v[0]) for n, v in matrix_columns([SAME]).items())}
-    compared = {"score": [0.5, None], "state": ["shown", "left"], "verdict": ["accepted", None]}
-    rows.add(
-        "considered_object",
-        {"rank_no": np.arange(2), "object_variant_id": [2, 1], **compared, "posterior": [0.9, None], **stood},
-    )
+    compared = {"score": [0.5, None], "state": ["shown", "left"], "verdict": ["accepted", None], **stood}
+    ranked = {"rank_no": np.arange(2), "object_variant_id": [2, 1], "posterior": [0.9, None]}
+    rows.add("considered_object", {**ranked, **compared})
 
 
 def write_presence(rows: Rows) -> None:
     items = {"level": ["part", "feature"], "path": ["a", "a/hole"], "state": ["confirmed", "changed"]}
     numbers = {"item_no": np.arange(2), "feature_no": np.ma.masked_array([0, 4], [True, False])}
-    moved = {
-        name: [None, value] for name, value in (("moved_mm", -0.5), ("moved_sigma_mm", 0.1), ("moved_log_odds", 7))
-    }
-    rows.add(
-        "presence", {**items, **numbers, **moved, "reason": "so", "qif": ["PASS", "FAIL"], "log_odds": [3.0, -2.0]}
-    )
+    moved = {"moved_mm": [None, -0.5], "moved_sigma_mm": [None, 0.1], "moved_log_odds": [None, 7]}
+    told = {"reason": "so", "qif": ["PASS", "FAIL"], "log_odds": [3.0, -2.0]}
+    rows.add("presence", {**items, **numbers, **moved, **told})
     grey = {name: [None, None, 10.0] for name in ("inside_grey", "around_grey", "like_grey", "appearance_log_odds")}
     each = {"item_no": [0, 1, 1], "camera": ["left", "left", "right"], "log_odds": [3.0, -0.5, -1.5]}
     rows.add("presence_camera", {**each, **grey, "stopped": [None, None, False]})
     sizes = {"what": ["diameter", "distance"], "nominal": [8.0, 30.0], "value": [9.0, 30.5], "sigma": 0.1, "unit": "mm"}
     other = np.ma.masked_array([0, 1], [True, False])
-    rows.add(
-        "measured_size",
-        {**sizes, "measure_no": np.arange(2), "item_no": [1, 0], "other_item_no": other, "changed": [True, False]},
-    )
+    of = {"measure_no": np.arange(2), "item_no": [1, 0], "other_item_no": other, "changed": [True, False]}
+    rows.add("measured_size", {**sizes, **of})
     kinds = {"kind": ["closed", "region"], "image_arc_no": np.ma.masked_array([6, 0], [False, True])}
     region = np.ma.masked_array([0, 2], [True, False])
-    rows.add(
-        "unexplained",
-        {
-            **kinds,
-            "unexplained_no": np.arange(2),
-            "camera": "left",
-            "region_no": region,
-            "beyond": [True, False],
-            "u0": 0.0,
-            "v0": 0.0,
-        },
-    )
+    seen = {"camera": "left", "region_no": region, "beyond": [True, False], "u0": 0.0, "v0": 0.0}
+    rows.add("unexplained", {**kinds, "unexplained_no": np.arange(2), **seen})
 
 
-def made(target: str, verdict: str = "accepted", poses: tuple[Floats, ...] = (FIRST, SECOND)) -> Inspection:
-    with Store.open(target) as store:
-        with Run.begin(store, "inspect", {}) as run, run.write() as connection:
-            write(Rows(run, connection), verdict, list(poses))
-        return read_inspection(store, run.id)
+# One that was measured as 0, one that has limits, and one that says nothing.
+CHARACTERISTICS = """CREATE OR REPLACE VIEW characteristic_result AS
+SELECT r.id AS run_id, 3 AS object_no, c.*, 'it' AS path, 'diameter' AS what, 8.0 AS nominal, NULL AS state,
+    NULL AS lower_limit, NULL AS upper_limit, NULL AS deviation, NULL AS expanded_uncertainty, NULL AS decision,
+    NULL AS reason
+FROM run AS r, (VALUES (1, NULL, 0.0), (2, 'file', NULL), (3, NULL, NULL)) AS c (number, source, measured)"""
 
 
 @pytest.fixture(scope="module")
-def found(new_store: Callable[[str], str]) -> Inspection:
-    return made(new_store("duckdb"))
+def store(new_store: NewStore) -> Iterator[Store]:
+    with Store.open(new_store("duckdb")) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def found(store: Store) -> Inspection:
+    with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+        write(Rows(run, connection))
+        connection.exec_driver_sql(CHARACTERISTICS)
+    return read_inspection(store, run.id)
 
 
 def test_the_pose_and_how_well_it_is_known(found: Inspection) -> None:
@@ -174,6 +160,7 @@ def test_what_is_said_beside_it(found: Inspection) -> None:
     np.testing.assert_allclose(base["covariance"], 2 * COVARIANCE)
     assert (base["joints"], base["joint_sigmas"]) == ({"lift": 101.0, "wrist": 0.3}, {"wrist": 0.02})
     assert (base["stated_joints"]["lift"], base["joint_units"]) == (100.0, {"lift": "mm", "wrist": "rad"})
+    assert [it["number"] for it in found.characteristics] == [1, 2]
     assert violations(found.to_json(), SCHEMA) == []
 
 
@@ -203,14 +190,19 @@ def test_what_is_there(found: Inspection) -> None:
     assert [(it["image_arc_no"], it["region_no"]) for it in said["unexplained"]] == [(6, None), (None, 2)]
 
 
-def test_of_a_refused_pose_no_part_is_judged(new_store: Callable[[str], str]) -> None:
-    refused = made(new_store("duckdb"), "refused")
+def test_of_a_refused_pose_no_part_is_judged_and_where_nothing_is_in_view_nothing_is_known(
+    found: Inspection, store: Store
+) -> None:
+    with store.write() as connection:
+        connection.exec_driver_sql("UPDATE inspection SET verdict = 'refused'")
+    refused = read_inspection(store, found.run)
     assert refused.presence is None
     assert refused.world_from_rig is not None
-
-
-def test_where_nothing_is_in_view_nothing_is_known(new_store: Callable[[str], str]) -> None:
-    nothing = made(new_store("duckdb"), "refused", ())
+    with store.write() as connection:
+        connection.exec_driver_sql("UPDATE inspection SET weakest = NULL")
+        for table in ("hypothesis", "hypothesis_support", "solved_pose", "verdict_statistic", "base_correction"):
+            connection.exec_driver_sql(f"DELETE FROM {table}")  # noqa: S608
+    nothing = read_inspection(store, found.run)
     assert nothing.world_from_camera == dict.fromkeys(("left", "right", "blind"))
     assert (nothing.covariance, nothing.weakest, nothing.presence, nothing.base_corrections) == (None, None, None, [])
     assert nothing.to_json()["sigma"] == {"translation_mm": None, "rotation_deg": None}

@@ -10,12 +10,10 @@ import pytest
 from relmodel.app.api import OpenStore
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import matrices
-from tests.app.cli.conftest import Pair
 from tests.vision.inspection.conftest import DEMO, Done
 from vision.cameras.cameras import perturbation
-from vision.cameras.files import read_prior, read_rig
+from vision.cameras.files import read_prior
 from vision.inspection.inspection_parameters import DEFAULTS
-from vision.localisation.measurements import UNKNOWNS, correct_rig
 
 
 def rows(store: OpenStore, statement: str) -> list[tuple[Any, ...]]:
@@ -26,28 +24,6 @@ def poses(store: OpenStore, table: str, order: str, **keys: Any) -> Floats:
     """The poses (n, 4, 4) in some rows of a table."""
     with store.read() as connection:
         return matrices(store.select(connection, table, order=order, **keys))
-
-
-def test_each_residual_is_that_of_its_model_point(done: Done, pair: Pair) -> None:
-    store, _ = done
-    (start,) = poses(store, "solved_pose", "solved_no", kind="start")
-    rig = read_rig(pair.rig_file)
-    solved = dict(rows(store, "SELECT camera || ' ' || name, value FROM camera_unknown"))
-    own = np.array([[solved[f"{camera} {name}"] for name in UNKNOWNS] for camera in rig.cameras])
-    cameras = correct_rig(rig, own)
-    # The unknowns were solved one step beyond the pose at which the pictures were looked at last.
-    for view, camera in rows(store, "SELECT view_no, camera FROM inspection_image ORDER BY view_no"):
-        with store.read() as connection:
-            measured = store.select(connection, "edge_measurement", order="measurement_no", view_no=view)
-        columns = ["world_x", "world_y", "world_z", "normal_u", "normal_v", "u", "v", "residual", "response"]
-        found = np.stack([measured[name] for name in columns], axis=1)
-        at = np.linalg.inv(start @ cameras.rig_from_camera[camera])
-        number = list(rig.cameras).index(camera)
-        pixel, _ = cameras.cameras[camera].project(found[:, :3] @ at[:3, :3].T + at[:3, 3])
-        np.testing.assert_allclose(np.linalg.norm(found[:, 3:5], axis=1), 1)
-        across = np.einsum("ni,ni->n", found[:, 5:7] - pixel, found[:, 3:5])
-        np.testing.assert_allclose(across - found[:, 8] * own[number, 0], found[:, 7], atol=0.03)
-        assert np.abs(found[:, 8]).max() < 1.2  # contrasts as shares of the range of grey
 
 
 def test_costs_add_up(done: Done) -> None:

@@ -79,15 +79,15 @@ def block_boxes() -> list[tuple[Floats, Floats]]:
     return boxes
 
 
-def blocks() -> Scene:
-    return box_scene(block_boxes())
+def blocks(count: int = 9) -> Scene:
+    return box_scene(block_boxes()[: 1 + count])
 
 
 def endless_blocks(pitch: float) -> Scene:
     """A plate with equal blocks at a pitch both ways, wider than any camera here sees."""
     boxes = [(np.array([-1000.0, -1000, -20]), np.array([2000.0, 2000, 20]))]
-    for x in np.arange(-5, 6) * pitch:
-        boxes += [(np.array([x, y, 0.0]), np.array([60.0, 45, 30])) for y in np.arange(-5, 6) * pitch]
+    for x in np.arange(-4, 5) * pitch:
+        boxes += [(np.array([x, y, 0.0]), np.array([60.0, 45, 30])) for y in np.arange(-4, 5) * pitch]
     return box_scene(boxes)
 
 

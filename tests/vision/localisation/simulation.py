@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Floats
-from vision.cameras.cameras import Camera, Rig
-from vision.localisation.hypotheses import EdgePoints
+from vision.cameras.cameras import Camera, Prior, Rig
+from vision.localisation.hypotheses import EdgePoints, build_fine_evidence
+from vision.localisation.measurements import EdgeIndex
+from vision.localisation.refine import Fit
 from vision.localisation.visibility import find_visible_arcs
 from vision.scene import Scene
 
@@ -39,6 +41,34 @@ def draw_edges(
         across = rng.normal(0, errors.noise_px, len(normal)) + rng.normal(0, errors.arc_px, len(shift))[seen.arc]
         out[name] = among_clutter(camera, moved + normal * across[:, None], normal, errors.noise_px, rng)
     return out
+
+
+def fit_of(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior) -> Fit:
+    """The least squares of what the cameras of a rig see."""
+    own = {name: edges[name] for name in rig.cameras}
+    return Fit(scene, rig, {name: EdgeIndex(it) for name, it in own.items()}, build_fine_evidence(rig, own), prior)
+
+
+def shift_bodies(
+    edges: dict[str, EdgePoints], scene: Scene, rig: Rig, truth: Floats, bodies: list[int], shift: tuple[float, float]
+) -> None:
+    """Move the elements of some bodies by so many px."""
+    for name, camera in rig.cameras.items():
+        seen = find_visible_arcs(scene, camera, truth @ rig.rig_from_camera[name])
+        edges[name].position[np.flatnonzero(np.isin(scene.occurrence_of_arc[seen.arc], bodies))] += shift
+
+
+Corners = tuple[Floats | tuple[float, float], Floats | tuple[float, float]]
+
+
+def scattered_edges(
+    rng: np.random.Generator, count: int, places: Corners, bounds: Corners, contrast: tuple[float, float] = (-90, 90)
+) -> EdgePoints:
+    """Elements anywhere between two corners, turned any way."""
+    angle, (low, high) = rng.uniform(0, 2 * np.pi, count), map(np.asarray, bounds)
+    normal = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    position = rng.uniform(*places, (count, 2))
+    return EdgePoints(position, normal, rng.uniform(*contrast, count), np.full(count, 0.1), low, high, 200.0)
 
 
 def among_clutter(

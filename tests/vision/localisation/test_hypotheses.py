@@ -10,6 +10,7 @@ from scipy.stats import norm, qmc
 
 from relmodel.arrays import Bools, Floats, Ints
 from tests.vision.localisation.scenes import above, blocks, box_scene, stereo_rig
+from tests.vision.localisation.simulation import scattered_edges
 from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import (
     EdgePoints,
@@ -40,18 +41,8 @@ from vision.localisation.hypotheses import (
 LIKELY = np.array([0.25, 0.3, 0.2])  # of an edge of the model, to show in each class of strength; 0.25 do not show
 
 
-def some_edges(seed: int, count: int = 400, low: tuple[float, float] = (6.0, 4.0)) -> EdgePoints:
-    rng = np.random.default_rng(seed)
-    angle = rng.uniform(0, 2 * np.pi, count)
-    return EdgePoints(
-        rng.uniform((3, 2), (210, 130), (count, 2)),
-        np.stack([np.cos(angle), np.sin(angle)], axis=1),
-        rng.uniform(-90, 90, count),
-        np.full(count, 0.1),
-        np.array(low),
-        np.array([203.0, 121.0]),
-        200.0,
-    )
+def some_edges(seed: int, count: int = 400) -> EdgePoints:
+    return scattered_edges(np.random.default_rng(seed), count, ((3, 2), (210, 130)), ((6.0, 4.0), (203.0, 121.0)))
 
 
 def turn_of(direction: Floats) -> int:
@@ -133,16 +124,9 @@ def world() -> tuple[Rig, Prediction, Fields]:
     """A prediction of the blocks, and pictures full of edges."""
     rig = stereo_rig()
     prediction = predict(blocks(), rig, above(10, -20, 560), 60)
-    rng = np.random.default_rng(3)
-    fields = []
-    for camera in rig.cameras.values():
-        angle = rng.uniform(0, 2 * np.pi, 9000)
-        normal = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        place, contrast = rng.uniform(0, (640, 480), (9000, 2)), rng.uniform(0, 90, 9000)
-        size = np.array([camera.width - 7.0, camera.height - 7])
-        points = EdgePoints(place, normal, contrast, np.full(9000, 0.1), np.array([6.0, 6]), size, 200.0)
-        fields.append(build_evidence(points, 2.0, 3.0, 1))
-    return rig, prediction, Fields(fields)
+    rng, bounds = np.random.default_rng(3), ((6.0, 6.0), (633.0, 473.0))
+    edges = [scattered_edges(rng, 9000, ((0, 0), (640, 480)), bounds, (0, 90)) for _ in rig.cameras]
+    return rig, prediction, Fields(build_evidence(points, 2.0, 3.0, 1) for points in edges)
 
 
 def one_by_one(p: Prediction, fields: Fields, delta: Floats) -> Floats:
@@ -205,7 +189,7 @@ def test_a_climb_ends_where_no_step_leads_higher() -> None:
 
 
 def test_candidates_are_climbed_to_and_come_best_first() -> None:
-    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    scene, rig, truth = blocks(5), stereo_rig(), above(10, -20, 560)
     edges = {}
     for number, (name, camera) in enumerate(rig.cameras.items()):
         p = predict(scene, rig, truth, 3000)

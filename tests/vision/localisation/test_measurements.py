@@ -11,7 +11,7 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, stereo_rig
-from tests.vision.localisation.simulation import Errors, draw_edges
+from tests.vision.localisation.simulation import Errors, draw_edges, scattered_edges
 from vision.cameras.cameras import CalibrationSigma, Rig, perturb
 from vision.localisation.hypotheses import Prediction, predict, project_directions, project_with_jacobians
 from vision.localisation.measurements import (
@@ -167,3 +167,35 @@ def test_no_response_moves_edges_toward_the_bright_side() -> None:
     response, astray = split_response(np.array([0.3, -0.2, 0.0, -0.9]))
     assert (response.tolist(), astray) == ([0.3, 0.0, 0.0, 0.0], 0.9)
     assert split_response(np.array([0.3, 0.1]))[1] == 0.0
+
+
+@pytest.mark.parametrize("degrees", [0.0, 90.0, 33.0, 120.0, 179.99])
+@pytest.mark.parametrize("size", [(60.0, 22.0), (22.0, 60.0)])
+def test_of_the_edges_on_a_normal_the_one_that_counts_most_is_found(degrees: float, size: tuple[float, float]) -> None:
+    rng = np.random.default_rng(round(degrees))
+    low = np.array([-7.0, 5.0])
+    edges = scattered_edges(rng, 900, (low, low + size), (low, low + size))
+    index = EdgeIndex(edges, odds := rng.normal(0, 0.5, 900))
+    angle = np.radians(degrees)
+    way, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    pixel = rng.uniform(low - 3, low + np.array(size) + 3, (150, 2))
+    offset, found = index.measure(pixel, np.tile(way, (150, 1)), 6.0, 2.0)
+    assert (found >= 0).sum() > 20
+    weight = np.log(np.maximum(np.abs(edges.contrast), 1e-3)) + odds
+    for i, place in enumerate(pixel):
+        away = edges.position - place
+        on = (np.abs(away @ way) <= 0.75) & (np.abs(away @ across) <= 6.0) & (np.abs(edges.normal @ across) >= 0.94)
+        score = np.where(on, weight - 0.5 * (away @ across / 2.0) ** 2, -np.inf)
+        best = int(np.argmax(score)) if on.any() else -1
+        assert found[i] == best
+        assert offset[i] == pytest.approx(away[best] @ across if on.any() else 0.0)
+
+
+def test_texture_is_the_usual_contrast_and_no_edge_has_none() -> None:
+    rng, corners = np.random.default_rng(0), ((0.0, 0.0), (20.0, 20.0))
+    edges = scattered_edges(rng, 5, corners, corners)
+    edges.contrast[:] = [-40.0, 10, 0, -20, 90]
+    index = EdgeIndex(edges, np.log(np.array([1.0, 2, 3, 4, 5])))
+    assert index.texture == 20.0
+    np.testing.assert_allclose(index.strength, [40, 20, 0.003, 80, 450])
+    assert EdgeIndex(scattered_edges(rng, 0, corners, corners)).texture == 1.0

@@ -11,9 +11,16 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
-from tests.vision.localisation.simulation import Errors, draw_edges
-from vision.cameras.cameras import CalibrationSigma, Prior, Rig, perturb, perturbation
-from vision.localisation.hypotheses import EdgePoints, build_fine_evidence, flow_in_camera
+from tests.vision.localisation.simulation import Errors, draw_edges, fit_of, shift_bodies
+from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb, perturbation
+from vision.localisation.hypotheses import (
+    EdgePoints,
+    flow_in_camera,
+    predict,
+    project_with_jacobians,
+)
+from vision.localisation.localisation_parameters import DEFAULTS
+from vision.localisation.localise import NO_PARTNER_ODDS, PARTNER_ODDS
 from vision.localisation.measurements import EdgeIndex, hold_shifts, measure, share_left
 from vision.localisation.refine import (
     Explanation,
@@ -24,6 +31,7 @@ from vision.localisation.refine import (
     group_by_stretch,
     join_explanations,
 )
+from vision.localisation.verdict import Chance, Elsewhere, compute_precision, decide
 from vision.localisation.views import collect_edge_measurements, find_view_arcs, propagate_pose
 from vision.localisation.visibility import find_visible_arcs
 
@@ -36,8 +44,7 @@ def problem(
     stated = {name: CalibrationSigma(0.002, 0.4, 0.2, 0.001) for name in names[1:]}
     rig = Rig(rig.cameras, rig.rig_from_camera, stated)
     edges = draw_edges(scene, rig, truth, errors or Errors(), np.random.default_rng(seed))
-    indexes = {name: EdgeIndex(edges[name]) for name in rig.cameras}
-    return Fit(scene, rig, indexes, build_fine_evidence(rig, edges), off(truth, 8.0, 0.01, seed)), truth
+    return fit_of(scene, rig, edges, off(truth, 8.0, 0.01, seed)), truth
 
 
 def no_edges() -> EdgePoints:
@@ -52,7 +59,7 @@ def test_where_nothing_is_found_the_pose_is_the_priors() -> None:
     rig, pose = stereo_rig(), above(10, -20, 560)
     prior = Prior(pose, half @ half.T + np.diag(np.repeat([1.0, 1e-5], 3)))
     edges = {name: no_edges() for name in rig.cameras}
-    fit = Fit(blocks(), rig, {n: EdgeIndex(e) for n, e in edges.items()}, build_fine_evidence(rig, edges), prior)
+    fit = fit_of(blocks(), rig, edges, prior)
     start = perturb(pose, np.array([6.0, -5, 8, 0.02, -0.03, 0.05]))
     found = fit.solve(start, np.zeros(10, bool))
     np.testing.assert_allclose(found.world_from_rig, pose, atol=1e-6)
@@ -181,24 +188,20 @@ def test_explanations_are_joined_by_how_likely_they_are() -> None:
     np.testing.assert_array_equal(join_explanations(pose, one, []), one)
 
 
-def refined_cubes(shift: tuple[float, float], moved: int) -> tuple[Fit, RefinedPose]:
-    """Three cubes, the first larger, of which one shows beside its place."""
+def refined_cubes(shift: tuple[float, float]) -> tuple[Fit, RefinedPose]:
+    """Three cubes, of which the first, the largest, shows beside its place."""
     boxes = [((-120.0, -60), 110.0), ((20, -70), 60), ((20, 20), 60)]
     scene = box_scene([(np.array([*place, 0.0]), np.full(3, size)) for place, size in boxes])
     rig, truth = replace(stereo_rig(), sigma={}), above(0, 0, 500)
     edges = draw_edges(scene, rig, truth, Errors(), np.random.default_rng(2))
-    for name, camera in rig.cameras.items():
-        seen = find_visible_arcs(scene, camera, truth @ rig.rig_from_camera[name])
-        own = np.flatnonzero(scene.occurrence_of_arc[seen.arc] == moved)
-        edges[name].position[own] += shift
-    indexes = {name: EdgeIndex(points) for name, points in edges.items()}
-    fit = Fit(scene, rig, indexes, build_fine_evidence(rig, edges), off(truth, 6.0, 0.01, 4))
+    shift_bodies(edges, scene, rig, truth, [0], shift)
+    fit = fit_of(scene, rig, edges, off(truth, 6.0, 0.01, 4))
     return fit, fit.solve(truth, np.zeros(3, bool))
 
 
 def test_the_part_that_moves_the_pose_most_is_suspected() -> None:
     """The greater cube 1.3 px beside its place drags the pose; where all are in their places, none is left out."""
-    fit, found = refined_cubes((1.0, -0.8), 0)
+    fit, found = refined_cubes((1.0, -0.8))
     assert fit.find_outliers(found) == [0]
     without = fit.leave_out(found, 0)
     assert without is not None
@@ -206,12 +209,12 @@ def test_the_part_that_moves_the_pose_most_is_suspected() -> None:
     votes = without.measurements.weight > 0
     assert np.unique(fit.scene.occurrence_of_arc[without.prediction.arc][votes]).tolist() == [1, 2]
     assert fit.is_determined(without)
-    fit, found = refined_cubes((0.0, 0.0), 0)
+    fit, found = refined_cubes((0.0, 0.0))
     assert [fit.leave_out(found, cube) for cube in range(3)] == [None] * 3
 
 
 def test_leading_arcs_are_those_without_which_most_is_unknown() -> None:
-    fit, found = refined_cubes((0.0, 0.0), 0)
+    fit, found = refined_cubes((0.0, 0.0))
     m = hold_shifts(found.measurements, found.prediction)
     w = m.weight / m.sigma**2
     away = perturbation(fit.prior.world_from_rig, found.world_from_rig)
@@ -306,3 +309,119 @@ def test_a_part_that_alone_says_where_the_rig_is_is_no_outlier() -> None:
     seen = SimpleNamespace(arc=np.repeat([0, 1], n), weight=np.ones(2 * n))
     refined = SimpleNamespace(prediction=seen, covariance=np.eye(6))
     assert Fit.find_outliers(cast(Fit, fit), cast(RefinedPose, refined)) == []
+
+
+@pytest.mark.parametrize(("cameras", "shift"), [(("left",), (0.0, 0.0)), (("left", "right"), (2.0, 1.5))])
+def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
+    cameras: tuple[str, ...], shift: tuple[float, float]
+) -> None:
+    """A cube and a smaller block beside it, too few arcs for a consensus to part them when they are 2 px apart."""
+    scene = box_scene(
+        [(np.array([0.0, -40, 0]), np.full(3, 90.0)), (np.array([-140.0, -30, 0]), np.array([50.0, 40, 50]))]
+    )
+    rig, truth = stereo_rig().only(*cameras), above(-20, 0, 500)
+    edges = draw_edges(scene, rig, truth, Errors(), np.random.default_rng(3))
+    shift_bodies(edges, scene, rig, truth, [1], shift)
+    found = fit_of(scene, rig, edges, off(truth, 6.0, np.radians(1), 4)).refine(truth)
+    d = perturbation(found.world_from_rig, truth)
+    assert np.abs(d[:3]).max() < 0.2
+    assert d @ np.linalg.solve(found.covariance, d) < 3.5**2
+    block = scene.occurrence_of_arc[found.prediction.arc] == 1
+    votes = found.measurements.weight[block].sum() / block.sum()
+    if shift == (0.0, 0.0):
+        assert votes > 0.9
+        assert not found.excluded.any()
+    else:
+        assert votes < 0.15
+
+
+def test_of_two_like_bodies_that_disagree_either_may_be_off_and_of_one_part_nothing() -> None:
+    """Two cubes that tell as much as each other, near enough for their edges to be found: the covariance holds the
+    truth of this draw wherever the pose comes out, and what other cube may be off, or none, is a pose of its own.
+    Where they are one part the pictures show not the part as modelled."""
+    scene = box_scene([(np.array([20.0, -40, 0]), np.full(3, 80.0)), (np.array([-120.0, -40, 0]), np.full(3, 80.0))])
+    rig, truth = stereo_rig().only("left"), above(-10, 0, 500)
+    for shifted in (0, 1):
+        edges = draw_edges(scene, rig, truth, Errors(), np.random.default_rng(19))
+        shift_bodies(edges, scene, rig, truth, [shifted], (2.0, -3.0))
+        found = fit_of(scene, rig, edges, off(truth, 6.0, np.radians(1), 4)).refine(truth)
+        d = perturbation(found.world_from_rig, truth)
+        assert d @ np.linalg.solve(found.covariance, d) < 3.5**2
+        left_out = {tuple(h.excluded.tolist()): h for h in (found, *found.others)}
+        assert set(left_out) == {(False, False), (True, False), (False, True)}
+        right = left_out[shifted == 0, shifted == 1]
+        assert np.abs(perturbation(right.world_from_rig, truth)[:3]).max() < 0.5
+    surfaces, arcs, one = np.zeros(12, np.int64), np.zeros(24, np.int64), np.ones(1, bool)
+    whole = replace(scene, surface_occurrence=surfaces, arc_occurrence=arcs, inspected=one, tolerance_mm=np.zeros(1))
+    found = fit_of(whole, rig, edges, off(truth, 6.0, np.radians(1), 4)).refine(truth)
+    assert not found.excluded.any()
+    assert not found.others
+
+
+def test_a_fit_that_an_arc_leads_astray_finds_back_without_it() -> None:
+    """One camera before a box, of which some edges show nothing and lines are printed 4 px beside them."""
+    scene = box_scene([(np.array([-60.0, -40, 0]), np.array([120.0, 80, 60]))])
+    rig, truth = stereo_rig().only("left"), above(15, -25, 420)
+    seen = find_visible_arcs(scene, rig.cameras["left"], truth @ rig.rig_from_camera["left"])
+    whole = draw_edges(scene, rig, truth, Errors(), np.random.default_rng(2))["left"]
+    position = whole.position.copy()
+    for arc in (0, 9):
+        own = np.flatnonzero(seen.arc == arc)
+        across = whole.normal[own[0]]
+        inward = np.sign((seen.pixel.mean(axis=0) - seen.pixel[own].mean(axis=0)) @ across)
+        position[own] += 4.0 * inward * across
+    prior = off(truth, 6.0, np.radians(1.5), 1)
+    fit = fit_of(scene, rig, {"left": replace(whole, position=position)}, prior)
+    astray = fit.refine(prior.world_from_rig)
+    assert np.linalg.norm(perturbation(astray.world_from_rig, truth)[:3]) > 2.0
+    best = min(fit.refine_without_arcs(astray), key=lambda h: h.cost)
+    assert best.cost < astray.cost
+    assert np.linalg.norm(perturbation(best.world_from_rig, truth)[:3]) < 0.3
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.1])
+def test_jacobians_are_derivatives(turned: float) -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    p = predict(scene, rig, truth, 100)
+    at = np.full(6, turned) * np.repeat([10.0, 0.1], 3)
+    _, jacobian = project_with_jacobians(p, at)
+    h = 1e-6
+    for k in range(6):
+        # A right perturbation on top of `at`: compose as poses, read the sum off as one perturbation.
+        moved = perturbation(np.eye(4), perturb(perturb(np.eye(4), at), h * np.eye(6)[k]))
+        numeric = (project_with_jacobians(p, moved)[0] - project_with_jacobians(p, at)[0]) / h
+        assert np.allclose(numeric, jacobian[:, :, k], rtol=1e-3, atol=1e-2)
+
+
+def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
+    """A bar whose ends lie far outside the pictures: nothing tells how far along it the rig is."""
+    scene = box_scene([(np.array([-3000.0, -40, 0]), np.array([6000.0, 80, 50]))])
+    rig, truth = stereo_rig(), above(0, 0, 520)
+    edges = draw_edges(scene, rig, truth, Errors(), np.random.default_rng(6))
+    found = fit_of(scene, rig, edges, Prior.isotropic(truth, 9.0, np.radians(0.5))).refine(truth)
+    sigma_mm, _, weakest = compute_precision(found.covariance, found.middle)
+    assert sigma_mm == pytest.approx(9.0, rel=0.1)
+    along = truth[:3, :3].T @ [1.0, 0, 0]
+    axis = "xyz"[int(np.argmax(np.abs(along)))]
+    assert weakest.startswith(f"shift along {axis}")
+    elsewhere = Elsewhere(Chance(0.0, 1.0), [])
+    verdict = decide([found], np.array([0]), {}, elsewhere, rig, Needs(5.0, 0.02), DEFAULTS.verdict)
+    assert verdict.verdict == "refused"
+    assert any(weakest in sentence for sentence in verdict.missing)
+
+
+def test_of_edges_side_by_side_the_one_with_a_partner_in_stereo_counts() -> None:
+    """Two like edges, 1 px to both sides of where one is looked for."""
+    position, normal = np.array([[51.0, 40.0], [49.0, 40.0]]), np.array([[1.0, 0.0], [1.0, 0.0]])
+    edges = EdgePoints(
+        position, normal, np.full(2, 30.0), np.full(2, 0.1), np.zeros(2), np.full(2, 100.0), grey_range=200.0
+    )
+    sought = np.array([[50.0, 40.0]]), np.array([[0.0, 1.0]])
+    for partnered in (0, 1):
+        odds = np.full(2, NO_PARTNER_ODDS)
+        odds[partnered] = PARTNER_ODDS
+        offset, found = EdgeIndex(edges, odds).measure(*sought, 4.0, 2.0)
+        assert (found.tolist(), np.abs(offset).tolist()) == ([partnered], [1.0])
+        # an edge much stronger counts without a partner
+        stronger = replace(edges, contrast=np.where(np.arange(2) == partnered, 30.0, 240.0))
+        assert EdgeIndex(stronger, odds).measure(*sought, 4.0, 2.0)[1].tolist() == [1 - partnered]

@@ -139,10 +139,10 @@ def test_outlines_are_compared_square_by_square() -> None:
     x, y = (90 + 400 / 700 * np.array([-82.0, 58]) - 1) / 3, (75 + 400 / 700 * np.array([-41.0, 59]) - 1) / 3
     model[int(np.ceil(y[0])) : int(y[1]) + 1, int(np.ceil(x[0])) : int(x[1]) + 1] = True
     places = np.argwhere(np.ones_like(model))
+    gap = np.linalg.norm(places[:, None] - places[None], axis=2)
 
     def expected(model: Bools, known: Bools) -> tuple[float, float]:
         sides = model.ravel()
-        gap = np.linalg.norm(places[:, None] - places[None], axis=2)
         away = 3 * np.where(
             sides, np.where(sides, np.inf, gap).min(axis=1) - 0.5, 0.5 - np.where(sides, gap, np.inf).min(axis=1)
         )

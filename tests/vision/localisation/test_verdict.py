@@ -9,9 +9,12 @@ from typing import cast
 import numpy as np
 import pytest
 
-from tests.vision.localisation.scenes import stereo_rig
+from relmodel.arrays import Ints
+from tests.vision.localisation.scenes import above, blocks, stereo_rig
+from tests.vision.localisation.simulation import Errors, draw_edges
 from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig
-from vision.localisation.localisation_parameters import DEFAULTS
+from vision.localisation.hypotheses import build_fine_evidence, predict, project_with_jacobians
+from vision.localisation.localisation_parameters import DEFAULTS, ElsewhereParameters
 from vision.localisation.measurements import describe_unknowns
 from vision.localisation.refine import RefinedPose
 from vision.localisation.verdict import (
@@ -25,32 +28,41 @@ from vision.localisation.verdict import (
     compute_disagreement,
     compute_precision,
     doubt_face,
+    draw_elsewhere,
+    draw_shifts,
     find_misfit,
     find_standing,
+    gather_elsewhere,
     judge,
     measure_agreement,
     weigh_against_prior,
 )
 
+Numbers = float | list[float]
+FIRST = np.zeros(1, np.int64)
 LITTLE = Chance(level=-2.0, scale=1.0)  # poses elsewhere gather next to nothing
+
+
+def table(
+    *, told: float | list[float] = np.nan, outlines: float = 1.0, **given: float | list[float]
+) -> HypothesisTable:
+    """Poses that gather all that is expected of them, but for what is given."""
+    known = {"prior_sigma": 1.0, "evidence": 2000.0, "found": 1e3, "expected": 1e3, "outline_px": 105.0} | given
+    sigma, evidence, found, expected, px, nats = np.broadcast_arrays(*map(np.atleast_1d, (*known.values(), told)))
+    none = np.zeros(len(sigma))
+    return HypothesisTable(sigma, evidence, found, expected, px, none + outlines, none, none > 0, nats)
+
+
+SURE = PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0)
+
+
+def judged(poses: HypothesisTable, evidence: PoseEvidence = SURE, standing: Ints = FIRST, mm: float = 1.0) -> Verdict:
+    return judge(poses, standing, evidence, Needs(mm, 0.01), DEFAULTS.verdict)
 
 
 @pytest.mark.parametrize(("found", "accepted"), [(1.013, True), (1.013, False), (0.4, False)])
 def test_no_more_is_found_than_is_expected_and_zero_has_no_sign(found: float, accepted: bool) -> None:
-    one = np.ones(1)
-    evidence = 2000.0 if accepted else 1.0
-    gathered = HypothesisTable(
-        prior_sigma=one, evidence=evidence * one, found=1e3 * found * one, expected=1e3 * one, outline_px=105 * one,
-        outline_contrast=-0.04 * one, outline_evidence=0 * one, is_symmetric=np.zeros(1, bool),
-        told=np.nan * one,
-    )  # fmt: skip
-    verdict = judge(
-        gathered,
-        np.array([0]),
-        PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0),
-        Needs(1.0, 0.01),
-        DEFAULTS.verdict,
-    )
+    verdict = judged(table(evidence=2000.0 if accepted else 1.0, found=1e3 * found, outlines=-0.04))
     assert (verdict.verdict == "accepted") is accepted
     assert f"{min(round(100 * found), 100)}% of the" in verdict.reason
     assert accepted or "contrast of 0.0 along 105 px" in verdict.reason
@@ -68,13 +80,7 @@ def test_what_a_wrong_pose_gathered_is_refused_and_what_a_right_one_did_is_not(
 ) -> None:
     columns = (prior_sigma, evidence, 100 * share, 100.0, 100.0, 1.0, 10.0, False, np.nan)
     gathered = HypothesisTable(*(np.array([value]) for value in columns))
-    verdict = judge(
-        gathered,
-        np.array([0]),
-        PoseEvidence(agreement, [], {}, LITTLE, (0.1, 1e-3, "x"), 0),
-        Needs(5.0, 0.03),
-        DEFAULTS.verdict,
-    )
+    verdict = judged(gathered, PoseEvidence(agreement, [], {}, LITTLE, (0.1, 1e-3, "x"), 0), mm=5.0)
     assert (verdict.verdict == "accepted") is accepted, verdict.reason
     sure = "probability > 99.9 %" if verdict.posterior > 0.999 else f"probability {100 * verdict.posterior:.1f} %"
     assert not accepted or verdict.reason.startswith(sure)
@@ -83,11 +89,8 @@ def test_what_a_wrong_pose_gathered_is_refused_and_what_a_right_one_did_is_not(
 @pytest.mark.parametrize("what", ["nothing", "evidence", "found", "agreement", "sigma_mm", "sigma_rad"])
 def test_what_is_no_number_is_refused(what: str) -> None:
     given = {"evidence": 2000.0, "found": 1e3, "agreement": 0.9, "sigma_mm": 0.01, "sigma_rad": 1e-5} | {what: np.nan}
-    columns = (1.0, given["evidence"], given["found"], 1e3, 105.0, 1.0, 0.0, False, np.nan)
-    precision = (given["sigma_mm"], given["sigma_rad"], "x")
-    evidence = PoseEvidence(given["agreement"], [], {}, LITTLE, precision, 0)
-    table = HypothesisTable(*(np.array([value]) for value in columns))
-    verdict = judge(table, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
+    evidence = replace(SURE, agreement=given["agreement"], precision=(given["sigma_mm"], given["sigma_rad"], "x"))
+    verdict = judged(table(evidence=given["evidence"], found=given["found"]), evidence)
     assert verdict.verdict == ("accepted" if what == "nothing" else "refused")
 
 
@@ -168,29 +171,17 @@ def test_a_face_that_may_hold_the_pose_leaves_two_poses() -> None:
     ],
 )
 def test_the_account_of_edges_tells_rivals_apart(told: list[float], standing: list[int]) -> None:
-    two = np.ones(2)
-    gathered = HypothesisTable(
-        prior_sigma=np.nan * two, evidence=np.array([1000.0, 990.0]), found=np.array([1000.0, 990.0]),
-        expected=1000 * two, outline_px=0 * two, outline_contrast=0 * two, outline_evidence=0 * two,
-        is_symmetric=np.zeros(2, bool), told=np.array(told),
-    )  # fmt: skip
+    each = [1000.0, 990.0]
+    gathered = table(prior_sigma=np.nan, evidence=each, found=each, outline_px=0.0, outlines=0.0, told=told)
     found = find_standing(gathered, DEFAULTS.verdict)
     assert found.tolist() == standing
-    verdict = judge(
-        gathered, found, PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0), Needs(1.0, 0.01), DEFAULTS.verdict
-    )
-    assert verdict.verdict == ("accepted" if len(standing) == 1 else "ambiguous")
+    assert judged(gathered, standing=found).verdict == ("accepted" if len(standing) == 1 else "ambiguous")
 
 
 def test_a_rival_takes_its_share_by_prior_and_tempered_evidence() -> None:
-    two, p = np.ones(2), DEFAULTS.verdict
-    gathered = HypothesisTable(
-        prior_sigma=np.array([2.0, 3.0]), evidence=np.array([1000.0, 990.0]), found=1000 * two, expected=1000 * two,
-        outline_px=0 * two, outline_contrast=0 * two, outline_evidence=0 * two, is_symmetric=two < 0, told=np.nan * two,
-    )  # fmt: skip
-    evidence = PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0)
-    verdict = judge(gathered, np.arange(2), evidence, Needs(1.0, 0.01), p)
-    share = 1 / (1 + np.exp(-10 * p.temper - (9 - 4) / 2))
+    gathered = table(prior_sigma=[2.0, 3.0], evidence=[1000.0, 990.0], outline_px=0.0, outlines=0.0)
+    verdict = judged(gathered, standing=np.arange(2))
+    share = 1 / (1 + np.exp(-10 * DEFAULTS.verdict.temper - (9 - 4) / 2))
     assert verdict.posterior == pytest.approx(share * verdict.weighed["likely"])
     assert verdict.weighed["rivals"] == 1
 
@@ -269,17 +260,14 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
 def test_a_calibration_that_does_not_hold_refuses_the_pose_sooner_of_one_picture_or_a_standpoint(
     cameras: int, of: str, sigmas: float, verdict: str
 ) -> None:
-    one = np.ones(1)
-    gathered = HypothesisTable(one, 2000 * one, 1e3 * one, 1e3 * one, 105 * one, one, 0 * one, one < 0, np.nan * one)
     support = {str(k): CameraSupport(1000.0, 1000.0, 1000.0, 0.9, LITTLE) for k in range(cameras)}
     misfit = Misfit(sigmas, "so and so", of == "standpoint")
     evidence = PoseEvidence(0.9, cameras * [1000.0], support, LITTLE, (0.01, 1e-5, "x"), 0, misfit)
-    found = judge(gathered, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
+    found = judged(table(), evidence)
     assert (found.verdict, found.missing) == (verdict, [] if verdict == "accepted" else ["so and so"])
     assert found.weighed["calibration"] == sigmas
     assert found.rig == (None if verdict == "accepted" else "so and so")
-    nowhere = judge(gathered, np.array([0]), replace(evidence, agreement=0.1), Needs(1.0, 0.01), DEFAULTS.verdict)
-    assert nowhere.rig is None
+    assert judged(table(), replace(evidence, agreement=0.1)).rig is None
 
 
 def test_a_pose_that_contradicts_the_prior_is_refused_unless_the_pictures_are_believed() -> None:
@@ -296,10 +284,83 @@ def test_a_pose_that_contradicts_the_prior_is_refused_unless_the_pictures_are_be
 def test_a_camera_that_does_not_see_what_the_other_sees_refuses_the_pose() -> None:
     each = (("one", 390.0, 1.0), ("two", 0.0, 0.1))
     support = {name: CameraSupport(found, found, 400.0, agreement, LITTLE) for name, found, agreement in each}
-    one = np.ones(1)
-    gathered = HypothesisTable(one, 2000 * one, 1e3 * one, 1e3 * one, 105 * one, one, 0 * one, one < 0, np.nan * one)
-    evidence = PoseEvidence(1.0, [390.0, 0.0], support, LITTLE, (0.01, 1e-5, "x"), 0)
-    found = judge(gathered, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
+    found = judged(table(), PoseEvidence(1.0, [390.0, 0.0], support, LITTLE, (0.01, 1e-5, "x"), 0))
     (words,) = found.missing
     assert (found.verdict, found.blind) == ("refused", {"two": words})
     assert words.startswith("camera two does not see this: evidence of 0 where 400 is expected")
+
+
+P = DEFAULTS.elsewhere
+
+
+@pytest.mark.parametrize(("shift", "scale"), [(0.0, 5.0), (-30.0, 70.0)])
+def test_rarity_is_that_of_the_exponential_that_was_drawn(shift: float, scale: float) -> None:
+    gathered = np.random.default_rng(1).exponential(scale, 200_000) + shift
+    chance = Chance.of(gathered, P)
+    for evidence in (shift + 2 * scale, shift + 6 * scale):
+        assert chance.rarity(evidence) == pytest.approx((evidence - shift) / scale, rel=0.02)
+        assert chance.reached(chance.rarity(evidence)) == pytest.approx(evidence)
+
+
+def test_what_is_gathered_besides_shifts_and_widens_chance() -> None:
+    gathered = np.random.default_rng(2).exponential(3.0, 1000)
+    alone, both = Chance.of(gathered, P), Chance.of(gathered, P, mean=10.0, deviation=4.0)
+    assert both.scale == pytest.approx(np.hypot(alone.scale, 4.0))
+    threshold = np.quantile(gathered, 1 - P.share)
+    assert both.rarity(threshold + 10.0) == pytest.approx(-np.log(P.share)) == alone.rarity(threshold)
+
+
+def test_where_nothing_is_gathered_chance_is_that_of_independent_places() -> None:
+    assert Chance.of(np.full(50, -3.0), P).scale == P.least_scale
+
+
+def test_where_nothing_is_seen_nothing_is_rare() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    nothing = predict(scene, rig, truth, 400).take(np.zeros(0, np.int64))
+    fields = build_fine_evidence(rig, draw_edges(scene, rig, truth, Errors(), np.random.default_rng(5)))
+    elsewhere = gather_elsewhere(scene, rig, nothing, fields, [], truth, DEFAULTS)
+    assert elsewhere.together.rarity(0.0) == 0.0
+    assert len(elsewhere.by_camera) == 2
+
+
+def test_poses_elsewhere_show_everything_elsewhere() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    prediction = predict(scene, rig, truth, 400)
+    before, _ = project_with_jacobians(prediction)
+    few = ElsewhereParameters(poses=40, near_px=10.0, far_px=20.0, least_px_per_unit=1.0)
+    for delta in draw_elsewhere(prediction, few):
+        after, _ = project_with_jacobians(prediction, delta)
+        moved = np.sqrt(((after - before) ** 2).sum(axis=1).mean())
+        assert 8.0 < moved < 23.0  # the steps are laid to first order
+
+
+def test_what_moves_the_picture_next_to_nothing_does_not_have_to_move_it_so_far() -> None:
+    """Where no motion moves it by enough px a unit, a unit of turn and of a shift by the depth count for that many."""
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    prediction = predict(scene, rig, truth, 400)
+    few = ElsewhereParameters(poses=40, near_px=10.0, far_px=20.0, least_px_per_unit=1e5)
+    depth = np.median(np.linalg.norm(prediction.point, axis=1))
+    units = np.linalg.norm(draw_elsewhere(prediction, few) / np.repeat([depth, 1.0], 3), axis=1)
+    assert 10.0 <= 1e5 * units.min() < 12.0
+    assert 18.0 < 1e5 * units.max() <= 20.0
+
+
+def test_outlines_are_shifted_by_as_much_every_way() -> None:
+    shift = draw_shifts(3, ElsewhereParameters(outlined=400, near_px=10.0, far_px=20.0))
+    far = np.linalg.norm(shift, axis=2)
+    assert shift.shape == (400, 3, 2)
+    assert 10.0 <= far.min() < 10.5
+    assert 19.5 < far.max() <= 20.0
+    assert np.abs((shift / far[..., None]).mean(axis=(0, 1))).max() < 0.08
+    np.testing.assert_allclose((shift / far[..., None]).std(axis=(0, 1)), 0.5**0.5, rtol=0.05)
+
+
+def test_cameras_add_up_elsewhere_and_outlines_add_their_mean_and_deviation(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    fields = build_fine_evidence(rig, draw_edges(scene, rig, truth, Errors(), np.random.default_rng(5)))
+    edges = np.random.default_rng(3).exponential(7.0, (200, 2))
+    monkeypatch.setattr("vision.localisation.verdict.mix_over_arcs", lambda *_: edges)
+    monkeypatch.setattr("vision.localisation.verdict.measure_shifted_outlines", lambda *_: np.array([2.0, 10.0]))
+    found = gather_elsewhere(scene, rig, predict(scene, rig, truth, 400), fields, [], truth, DEFAULTS)
+    assert found.together == Chance.of(edges[:, 0] + edges[:, 1], P, mean=6.0, deviation=4.0)
+    assert found.by_camera == [Chance.of(edges[:, 0], P), Chance.of(edges[:, 1], P)]

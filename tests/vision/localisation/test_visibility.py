@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
 from relmodel.readers.mesh.shape import shape_from_triangles
-from tests.vision.localisation.scenes import box_scene
-from vision.cameras.cameras import Camera
-from vision.localisation.visibility import Silhouettes, find_silhouettes, find_visible_arcs
-from vision.scene import Scene
+from tests.vision.localisation.scenes import above, box_scene, stereo_rig
+from vision.cameras.cameras import Camera, Rig
+from vision.localisation.views import SHARP, find_view_arcs, view_model
+from vision.localisation.visibility import (
+    Silhouettes,
+    are_in_picture,
+    find_parts_in_view,
+    find_silhouettes,
+    find_visible_arcs,
+    lay_rays,
+    map_surfaces,
+    measure_coverage,
+    project_tangents,
+)
+from vision.scene import Scene, StoredScene
 
 CAMERA = Camera(640, 480, np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]]))
 
@@ -22,14 +36,6 @@ def looking(eye: Floats, at: Floats) -> Floats:
     pose = np.eye(4)
     pose[:3] = np.column_stack([x, np.cross(z, x), z, eye])
     return pose
-
-
-def test_corner_view_of_a_box_shows_nine_edges() -> None:
-    scene = box_scene([(np.zeros(3), np.array([100.0, 80, 60]))])
-    seen = find_visible_arcs(scene, CAMERA, looking(np.array([400.0, 350, 300]), np.array([50.0, 40, 30])))
-    assert len(np.unique(seen.arc)) == 9
-    # The hidden three meet in the corner at the origin.
-    assert np.linalg.norm(seen.point, axis=1).min() > 30
 
 
 def test_a_box_in_front_hides_what_lies_in_its_shadow() -> None:
@@ -109,3 +115,160 @@ def test_long_segments_of_a_silhouette_are_seen_all_along() -> None:
     assert split.surface.tolist() == [4] * 10 + [7] * 3
     assert split.length.tolist() == [20] * 10 + [30] * 3
     np.testing.assert_allclose(split.point[:, 2], [*range(10, 200, 20), 70, 100, 130])
+
+
+LENS = Camera(640, 480, np.array([[600.0, 2, 321], [0, 590, 238], [0, 0, 1]]), np.array([-0.15, 0.02, 0.001, -0.001]))
+
+
+def two_boxes() -> Scene:
+    return box_scene(
+        [(np.array([-60.0, -50, 0]), np.array([100.0, 80, 30])), (np.array([-20.0, -20, 30]), np.full(3, 30.0))]
+    )
+
+
+def test_tangents_are_projected_as_points_along_them() -> None:
+    rng = np.random.default_rng(0)
+    pose = looking(np.array([300.0, -250, 420]), np.zeros(3))
+    point, tangent = rng.uniform(-80, 80, (20, 3)), rng.normal(size=(20, 3))
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    pixel, direction, scale = project_tangents(LENS, pose, point, tangent)
+    pinhole = Camera(640, 480, LENS.matrix)
+    ahead, back = (pinhole.project((point + s * tangent - pose[:3, 3]) @ pose[:3, :3])[0] for s in (1e-4, -1e-4))
+    np.testing.assert_allclose(pixel, (ahead + back) / 2, atol=1e-5)
+    np.testing.assert_allclose(direction * scale[:, None], (ahead - back) / 2e-4, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(np.linalg.norm(direction, axis=1), 1)
+
+
+@pytest.mark.parametrize("camera", [CAMERA, LENS], ids=["pinhole", "lens"])
+@pytest.mark.parametrize("margin", [0.0, 40.0])
+def test_points_are_in_a_picture_that_lie_before_it(camera: Camera, margin: float) -> None:
+    rng = np.random.default_rng(1)
+    pose = looking(np.array([300.0, -250, 420]), np.zeros(3))
+    point = rng.uniform(-700, 700, (3000, 3))
+    local = (point - pose[:3, 3]) @ pose[:3, :3]
+    uv, front = camera.project(local)
+    inside = (np.abs(uv - [319.5, 239.5]) <= np.array([320, 240]) + margin).all(axis=1)
+    found = are_in_picture(point, camera, pose, margin)
+    assert (found == (inside & front & (local[:, 2] > 0))).all()
+    assert 20 < found.sum() < 2900
+
+
+def test_visible_arcs_stand_for_their_length_in_the_picture() -> None:
+    scene, pose = two_boxes(), looking(np.array([300.0, -250, 420]), np.zeros(3))
+    seen = find_visible_arcs(scene, CAMERA, pose)
+    own = scene.sample_length[seen.sample]
+    ends = [
+        CAMERA.project((seen.point + s * own[:, None] / 2 * seen.tangent - pose[:3, 3]) @ pose[:3, :3])[0]
+        for s in (1, -1)
+    ]
+    np.testing.assert_allclose(seen.length_px, np.linalg.norm(ends[0] - ends[1], axis=1), rtol=1e-3)
+    depth = (seen.point - pose[:3, 3]) @ pose[:3, 2]
+    np.testing.assert_allclose(seen.scale, 600 / depth)
+    np.testing.assert_array_equal(seen.point, scene.sample_point[seen.sample])
+    np.testing.assert_array_equal(seen.normal_a, scene.sample_normal_a[seen.sample])
+    np.testing.assert_array_equal(seen.normal_b, scene.sample_normal_b[seen.sample])
+    some = find_visible_arcs(scene, CAMERA, pose, count=70)
+    assert len(some.arc) <= 70
+    assert set(some.sample) <= set(seen.sample)
+    turned = np.einsum("ni,ni->n", seen.normal_a, pose[:3, 3] - seen.point) > 0
+    assert (turned | (np.einsum("ni,ni->n", seen.normal_b, pose[:3, 3] - seen.point) > 0)).all()
+
+
+def test_runs_are_parted_where_something_hides_an_arc_for_long() -> None:
+    """A post before a long bar parts its edges in two; a thin wire does not."""
+    bar = (np.array([-200.0, 200, 0]), np.array([400.0, 20, 20]))
+    for width, parts in ((40.0, 2), (2.0, 1)):
+        scene = box_scene([bar, (np.array([-width / 2, 100.0, -100]), np.array([width, 4, 300]))])
+        view = find_view_arcs(scene, CAMERA, looking(np.array([0.0, -300, 60]), np.array([0.0, 200, 10])))
+        # The upper front edge runs along x, at the sides y 0 and z 1 of the bar: edge 4 * 0 + 2 * 0 + 1.
+        mine = np.flatnonzero(view.element == 1)
+        assert len(mine) == parts
+        assert (view.kind[mine] == SHARP).all()
+        assert view.occurrence[mine].tolist() == [0] * parts
+        for run in mine:
+            own = view.run == run
+            assert view.length[run] == pytest.approx(view.samples.length_px[own].sum())
+            assert (np.diff(view.samples.point[own, 0]) > 0).all()
+        assert (np.diff(view.run) >= 0).all()
+
+
+@pytest.mark.parametrize("camera", [CAMERA, LENS], ids=["pinhole", "lens"])
+def test_rays_stand_for_squares_of_the_picture(camera: Camera) -> None:
+    rays = lay_rays(camera, 3)
+    used = rays.weight > 0
+    assert set(np.unique(rays.weight)) <= {0.0, 9.0}
+    np.testing.assert_allclose(camera.project(rays.directions[used])[0], rays.pixel[used], atol=1e-6)
+    np.testing.assert_allclose(rays.cells(rays.directions[used]), np.argwhere(used)[:, ::-1], atol=1e-6)
+    assert (rays.pixel[used] >= -0.5).all()
+    assert (rays.pixel[used] <= [639.5, 479.5]).all()
+    if camera is CAMERA:
+        assert rays.weight.sum() == pytest.approx(640 * 480, rel=0.01)
+        np.testing.assert_allclose(rays.pixel[0, 0], [1, 1])
+
+
+@pytest.mark.parametrize("eye", [(300.0, -250, 420), (70, -45, 40)])
+def test_surfaces_are_mapped_and_covered_ray_by_ray(eye: tuple[float, float, float]) -> None:
+    """From afar, and so near that triangles reach behind the camera."""
+    scene, pose = two_boxes(), looking(np.array(eye), np.array([-10.0, 0, 20]))
+    shown = map_surfaces(scene, CAMERA, pose)
+    directions = shown.rays.directions.reshape(-1, 3) @ pose[:3, :3].T
+    corner = scene.vertices[scene.triangles]
+    depth = np.full((len(scene.surface_occurrence), len(directions)), np.inf)
+    for (a, b, c), surface in zip(corner, scene.triangle_surface, strict=True):
+        normal = np.cross(b - a, c - a)
+        along = directions @ normal
+        if (a - pose[:3, 3]) @ normal >= 0:  # seen from behind
+            continue
+        t = (a - pose[:3, 3]) @ normal / np.where(along < 0, along, np.nan)
+        place = pose[:3, 3] + t[:, None] * directions
+        within = t > 0
+        for p, q in ((a, b), (b, c), (c, a)):
+            within &= np.cross(q - p, place - p) @ normal >= 0
+        depth[surface, within] = np.minimum(depth[surface, within], t[within])
+    first = np.where(np.isfinite(depth).any(axis=0), depth.argmin(axis=0), -1)
+    assert (shown.surface.ravel() == first).mean() > 0.999
+    group, surface = np.array([0, 0, 1, 2, 2]), np.array([1, 5, 11, 5, 11])
+    visible, covered = measure_coverage(scene, shown, pose, group, surface, 3)
+    weight = shown.rays.weight.ravel()
+    np.testing.assert_allclose(visible, [weight[np.isin(first, of)].sum() for of in ((1, 5), (11,), (5, 11))], atol=30)
+    whole = [weight[np.isfinite(depth[list(of)]).any(axis=0)].sum() for of in ((1, 5), (11,), (5, 11))]
+    np.testing.assert_allclose(covered, whole, atol=30)
+    pixel = np.array([[319.0, 239.0], [10, 10], [-5, 100], [638, 478], [400.2, 300.7]])
+    for place, found in zip(pixel, shown.surface_at(pixel), strict=True):
+        cell = np.rint((place - 1) / 3).astype(int)
+        within = (place >= -0.5).all()
+        assert found == (shown.surface[cell[1], cell[0]] if within else -1)
+
+
+def stored(scene: Scene) -> StoredScene:
+    features = {
+        "shape_id": np.array([9, 9, 8]), "feature_no": np.array([3, 3, 1]), "surface_no": np.array([5, 1, 5]),
+        "name": np.array(["slot", "slot", "top"]),
+    }  # fmt: skip
+    known = SimpleNamespace(
+        scene=scene, occurrence_id=np.array([70, 60]), surface_no=np.tile(np.arange(6), 2), features=features,
+        shape_id=np.array([9, 8]), paths=["it/plate", "it/block"],
+    )  # fmt: skip
+    return cast(StoredScene, known)
+
+
+def test_parts_and_features_are_seen_by_all_cameras_together() -> None:
+    scene, rig, pose = two_boxes(), stereo_rig(), above(0, 0, 500)
+    view = view_model(scene, rig, pose)
+    found = find_parts_in_view(stored(scene), rig, view.maps, pose)
+    assert found.path == ["it/plate", "it/block", "it/plate/slot", "it/block/top"]
+    assert found.level == ["part", "part", "feature", "feature"]
+    assert found.occurrence_id.tolist() == [70, 60, 70, 60]
+    assert found.feature_no.tolist() == [-1, -1, 3, 1]
+    groups = [range(6), range(6, 12), (1, 5), (11,)]
+    for row, surfaces in enumerate(groups):
+        pixels = sum(float(m.rays.weight[np.isin(m.surface, list(surfaces))].sum()) for m in view.maps.values())
+        assert found.visible[row] == pytest.approx(pixels)
+    # The block hides some of the plate, nothing hides the block.
+    share = found.visible / found.covered
+    assert share[0] < 0.97
+    assert share[1] == pytest.approx(1.0, abs=0.02)
+    away: Floats = np.diag([1.0, -1, -1, 1])
+    away[:3, 3] = [0, 0, -500]
+    nothing = view_model(scene, Rig({"one": CAMERA}, {"one": np.eye(4)}), away)
+    assert not find_parts_in_view(stored(scene), Rig({"one": CAMERA}, {"one": np.eye(4)}), nothing.maps, away).path

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 from shapely import LineString, distance
 
-from relmodel.arrays import Floats
-from tests.vision.matching.test_view_units import circle, surfaces, view
+from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Camera
 from vision.extraction.rows import Primitives, find_regions_at
-from vision.localisation.views import place_points
-from vision.localisation.visibility import SurfaceMap
+from vision.localisation.views import ViewArcs, place_points
+from vision.localisation.visibility import RayGrid, SurfaceMap, VisibleArcs
 from vision.matching import (
     ASSIGNED,
     COVERED,
@@ -31,7 +30,38 @@ from vision.matching import (
 from vision.relations.relations import open_workspace
 
 BENT = Camera(400, 300, np.array([[500.0, 0, 200], [0, 500, 150], [0, 0, 1]]), np.array([-0.3, 0.1, 0.002, -0.001, 0]))
+STRAIGHT = replace(BENT, distortion=np.zeros(0))
 SHIFT = np.random.default_rng(1).normal(0, 0.6, (2000, 6))
+
+
+def circle(x: float, y: float, radius: float) -> Floats:
+    """Points (n, 2) a px or so apart around a circle."""
+    turn = np.linspace(0, 2 * np.pi, int(2 * np.pi * radius), endpoint=False)
+    return np.column_stack([x + radius * np.cos(turn), y + radius * np.sin(turn)])
+
+
+def view(*courses: Floats) -> ViewArcs:
+    run: Ints = np.repeat(np.arange(len(courses)), [len(course) for course in courses])
+    pixel = np.concatenate(courses)
+    ways = [np.roll(course, -1, axis=0) - course for course in courses]
+    way = np.concatenate([way / np.linalg.norm(way, axis=1, keepdims=True) for way in ways])
+    step = np.concatenate([np.linalg.norm(way, axis=1) for way in ways])
+    none, count = np.zeros((len(run), 3)), len(courses)
+    numbers = np.arange(count)
+    samples = VisibleArcs(
+        none, none, run, np.arange(len(run)), np.zeros(len(run), bool), pixel, way, np.ones(len(run)), step, none, none
+    )
+    return ViewArcs(np.zeros(count, np.int8), numbers, numbers, np.ones(count), samples, run)
+
+
+def surfaces() -> SurfaceMap:
+    """Surface 0 fills the picture but for a square of surface 1; surface 2 lies within that."""
+    rows, columns = np.mgrid[0:300:4, 0:400:4].astype(float)
+    shown = np.zeros(rows.shape, np.int64)
+    shown[20:50, 30:70], shown[30:40, 45:55] = 1, 2
+    pixel = np.stack([columns, rows], axis=2)
+    directions = np.zeros((*rows.shape, 3))
+    return SurfaceMap(STRAIGHT, RayGrid(directions, pixel, np.full(rows.shape, 16.0), STRAIGHT.matrix, 4), shown)
 
 
 def seen(camera: Camera) -> SurfaceMap:
@@ -51,7 +81,7 @@ def described(camera: Camera) -> tuple[ViewUnits, Any]:
     return describe_view(whole, place_points(whole, SHIFT[: len(whole.run)], camera), seen(camera)), whole
 
 
-@pytest.mark.parametrize("camera", [BENT, replace(BENT, distortion=np.zeros(0))], ids=["bent", "straight"])
+@pytest.mark.parametrize("camera", [BENT, STRAIGHT], ids=["bent", "straight"])
 def test_units_of_a_view_are_points_every_4_px_and_surfaces_by_what_they_show(camera: Camera) -> None:
     units, arcs = described(camera)
     step = np.floor(np.cumsum(arcs.samples.length_px) / 4)
@@ -80,7 +110,7 @@ def test_units_of_a_view_are_points_every_4_px_and_surfaces_by_what_they_show(ca
 
 
 def test_arcs_bound_the_surfaces_4_px_beside_them() -> None:
-    camera = replace(BENT, distortion=np.zeros(0))
+    camera = STRAIGHT
     units, _ = described(camera)
     p = {name: np.asarray(values) for name, values in units.points.rows.items()}
     shown, pixel = seen(camera).surface, seen(camera).rays.pixel
@@ -88,7 +118,7 @@ def test_arcs_bound_the_surfaces_4_px_beside_them() -> None:
     sums: dict[int, Any] = {}
     for arc, x, y, dx, dy in zip(*(p[n] for n in ("view_arc_no", "x", "y", "direction_x", "direction_y")), strict=True):
         for side in (4, -4):
-            column, row = (int(np.rint(v)) for v in camera_cells(np.array([x - side * dy, y + side * dx])))
+            column, row = (int(np.rint(v)) for v in (x - side * dy, y + side * dx))  # cells by the camera's matrix
             if 0 <= row < shown.shape[0] and 0 <= column < shown.shape[1]:
                 key = (int(arc), int(shown[row, column]))
                 times[key] = times.get(key, 0) + 1
@@ -110,11 +140,6 @@ def test_arcs_bound_the_surfaces_4_px_beside_them() -> None:
                 assert np.cos(got[arc, 5 + s][2] - np.arctan2(y, x)) > 0.999
                 assert np.cos(got[5 + s, arc][2] - np.arctan2(-y, -x)) > 0.999
         assert got[arc, 5 + s][:2] == pytest.approx([4 * count, 4])
-
-
-def camera_cells(pixel: Floats) -> Floats:
-    """The map of the tests takes the camera's matrix as that of its cells."""
-    return pixel
 
 
 class Sized(SimpleNamespace):
@@ -266,9 +291,7 @@ def test_arcs_of_a_view_have_centres_and_radii_where_they_show_enough(
     radial = 50 + rough * np.where(np.arange(len(t)) // 8 % 2, 1, -1)
     drawn = np.column_stack([200 + radial * np.cos(t), 150 + ratio * radial * np.sin(t)])
     arcs = view(circle(200, 150, 70), drawn, circle(330, 150, 50 * np.sqrt(ratio)))
-    units = describe_view(
-        arcs, place_points(arcs, np.full((len(arcs.run), 6), 0.1), replace(BENT, distortion=np.zeros(0))), surfaces()
-    )
+    units = describe_view(arcs, place_points(arcs, np.full((len(arcs.run), 6), 0.1), STRAIGHT), surfaces())
     r = {name: np.asarray(values) for name, values in units.relations.items()}
     spread = np.hypot(0.1 * np.sqrt(6), 0.5)
     for kind, a, b, there in (("concentric", 0, 1, centred), ("equal_radius", 1, 2, rounded)):
@@ -282,7 +305,7 @@ def test_arcs_of_a_view_have_centres_and_radii_where_they_show_enough(
 
 def test_gaps_between_arcs_of_a_view_are_those_of_their_courses() -> None:
     """Also of a point, which is as long as a pixel."""
-    units, _ = described(replace(BENT, distortion=np.zeros(0)))
+    units, _ = described(STRAIGHT)
     p = {name: np.asarray(values) for name, values in units.points.rows.items()}
     lines = [np.column_stack([p["x"], p["y"]])[p["view_arc_no"] == k] for k in range(5)]
     lines[3] = lines[3] + 0.5 * np.array([[-0.6, -0.8], [0.6, 0.8]])
@@ -291,3 +314,13 @@ def test_gaps_between_arcs_of_a_view_are_those_of_their_courses() -> None:
             if kind == "near" and max(a, b) < 5}  # fmt: skip
     expected = {(a, b): distance(LineString(lines[a]), LineString(lines[b])) for a, b in permutations(range(5), 2)}
     assert gaps == {pair: pytest.approx(gap, abs=0.01) for pair, gap in expected.items() if gap < 140}
+
+
+def test_surfaces_of_a_view_border_on_and_surround_each_other() -> None:
+    units, _ = described(STRAIGHT)
+    r = {name: np.asarray(values).tolist() for name, values in units.relations.items()}
+    pairs = [(a - 5, b - 5) for a, b in zip(r["unit_a"], r["unit_b"], strict=True)]
+    rows = dict(zip(zip(r["kind"], pairs, strict=True), r["distance"], strict=True))
+    assert {pair for kind, pair in rows if kind == "adjacent"} == {(0, 1), (1, 0), (1, 2), (2, 1)}
+    assert {pair for kind, pair in rows if kind == "surrounds"} == {(0, 1), (1, 2)}
+    np.testing.assert_allclose(rows["adjacent", (1, 2)], 160.0, rtol=0.1)  # ten cells of 4 px on each side

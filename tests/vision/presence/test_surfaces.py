@@ -9,25 +9,30 @@ from typing import cast
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from relmodel.arrays import Bools, Floats, Ints
-from tests.vision.account.test_elements_beside import samples_at, unit
-from tests.vision.account.test_samples import log_odds_of
+from tests.vision.account.test_samples import edge_points, log_odds_of, samples_at, unit
 from vision.account.runs import EdgeRuns
-from vision.account.samples import Nearby, SampleSupport
+from vision.account.samples import Nearby, Samples, SampleSupport, find_nearby, measure_support
+from vision.localisation.measurements import EdgeIndex
 from vision.presence.items import Items
-from vision.presence.presence_parameters import DEFAULTS
+from vision.presence.presence_parameters import DEFAULTS, DisplacementParameters
 from vision.presence.surfaces import (
     BodyElements,
+    Displacement,
     EdgePredictions,
     FacePairs,
+    Look,
     MovingSurfaces,
     SceneSurfaces,
     assess_surfaces,
     find_moving_surfaces,
     find_rival_face,
+    find_shaded,
     find_tangent,
     find_usable,
+    fit,
     measure_misfit,
     measure_moved,
     seek_moved,
@@ -330,3 +335,143 @@ def test_faces_in_place_lie_off_together(off: list[float], moved: list[int], sai
     mm, sigma = np.array([*off, np.nan, 50.0]) * 2, np.full(count, 2.0)
     it = cast(SceneSurfaces, SimpleNamespace(mm=mm, sigma=sigma, moved=np.isin(np.arange(count), moved)))
     assert measure_misfit(it, np.arange(count) < count - 1) == (pytest.approx(said) if said else None)
+
+
+def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
+    """What elements show along samples, of edges that mostly show where chance finds little."""
+    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, [index], np.zeros(1), P.account.samples)
+    support = measure_support(samples, nearby, P.account.support)
+    count = samples.run_count
+    head = np.unique(samples.run, return_index=True)[1]
+    weight = np.bincount(samples.run, support.weight, count).astype(float)
+    zero, whole = np.zeros(count), np.zeros(count, np.int64)
+    runs = EdgeRuns(
+        whole, whole, whole, samples.arc[head], samples.surface[head], weight, weight, zero, zero + 0.05, zero + 0.8,
+        zero, zero, np.zeros((count, 1)),
+    )  # fmt: skip
+    moving = find_moving_surfaces(samples, (NO_FACE, NO_FACE, np.zeros((0, 3))))
+    usable = find_usable(samples, nearby, support.owner)
+    beside = BodyElements(nearby.first, nearby.offset, usable, support.weight)
+    return EdgePredictions(samples, moving, beside, runs, nearby.contrast * nearby.offset > 0)
+
+
+@pytest.mark.parametrize(
+    ("out", "bright", "dark"), [(4, 1, 1.0), (4, -1, 0.0), (-4, 1, 0.0), (-4, -1, 1.0), (4, 0, 0.5)]
+)
+def test_what_lies_between_is_dark_where_the_edge_is_bright_beyond(out: int, bright: int, dark: float) -> None:
+    """An edge 4 px from its place, bright above, below, or either on half of it; elements elsewhere do not count."""
+    line = np.arange(30.0, 170.0)
+    pixel, along = np.stack([line, 0 * line + 100], axis=1), np.tile([1.0, 0.0], (len(line), 1))
+    samples = samples_at(pixel, along, np.tile([0, 1], (len(line), 1)), np.zeros(len(line), np.int64))
+    samples.px_per_mm[:] = [2.0, 1.0]
+    up = np.where(bright == 0, np.sign(line - 99.5), bright)[:, None] * [0.0, 1.0]
+    there, elsewhere = pixel + np.array([0, out]), pixel - np.array([0, 9])
+    index = EdgeIndex(edge_points(np.concatenate([there, elsewhere]), np.concatenate([up, -up])))
+    assert find_shaded(look(samples, index), np.array([out / 2, 0.0])).tolist() == [dark, 0.0]
+
+
+@pytest.mark.parametrize("deeper", [0.0, -3.0, 4.5])
+def test_a_floor_moves_and_not_the_walls_that_it_meets(deeper: float) -> None:
+    """A floor, 0, between four walls, 1 to 4, seen obliquely: each wall has an edge on the floor and one on the top, 5.
+    A floor that moves takes its edges along by .5 px a mm; each of them alone would as well be a wall that has moved
+    by half as much, but the walls' upper edges stay."""
+    line, rows = np.arange(30.0, 171.0), []
+    for wall, y in enumerate((30.0, 70.0, 110.0, 150.0), start=1):
+        for floor, place in ((0, y), (5, y + 20)):
+            rows.append((np.stack([line, np.full_like(line, place)], axis=1), floor, wall))
+    pixel = np.concatenate([row[0] for row in rows])
+    count, run = len(line), np.repeat(np.arange(8), len(line))
+    surface = np.repeat([row[1:] for row in rows], count, axis=0)
+    direction = np.tile([1.0, 0.0], (len(pixel), 1))
+    samples = samples_at(pixel, direction, surface, run)
+    samples.px_per_mm[:] = [0.5, 1.0]
+    offset = np.where(surface[:, 0] == 0, 0.5 * deeper, 0.0)[:, None] * [0.0, 1.0]
+    rng = np.random.default_rng(2)
+    there = pixel + offset + rng.normal(size=(len(pixel), 1)) * [0.0, 0.1]
+    index = EdgeIndex(edge_points(there, np.tile([0.0, 1.0], (len(pixel), 1))))
+    moved, _ = seek_moved(look(samples, index), 6, 1, NOT_OPPOSED, P)
+    assert moved == pytest.approx([deeper, 0, 0, 0, 0, 0], abs=2 * P.moved.step_mm)
+
+
+D = DisplacementParameters()
+
+
+def sees(slope: Floats, element: Floats, body: Ints) -> Look:
+    """Samples whose one element lies `element` px from where they are in place."""
+
+    def look(x: Floats, reach: float) -> tuple[Floats, Floats]:
+        away = element - np.einsum("ni,ni->n", slope, x[body])
+        return slope, np.where(np.abs(away) <= reach, away, np.nan)
+
+    return look
+
+
+def test_two_bodies_lie_where_their_robust_losses_are_least() -> None:
+    rng = np.random.default_rng(4)
+    p = replace(D, reach_px=(50.0,) * 80, scale=0.02)
+    body, slope = np.repeat([0, 1], [80, 60]), rng.normal(size=(140, 4))
+    truth = np.array([[1.0, -2.0, 0.5, 0.2], [0.0, 0.3, -1.0, 0.1]])
+    element = np.einsum("ni,ni->n", slope, truth[body]) + rng.normal(0, 0.3, 140)
+    element[::7] += rng.uniform(-6, 6, 20)  # what is no edge of the body
+    counts, sigma = rng.uniform(0.2, 1, 140), np.array([[5.0, 5, 0.3, 0.1], [1e3, 1e3, 1e3, 1e3]])
+    found = fit(sees(slope, element, body), body, counts, truth + 0.2, sigma, p)
+    scale = p.scale * 50.0
+    for one in (0, 1):
+        mine = body == one
+
+        def loss(x: Floats, mine: Floats = mine, one: int = one) -> float:
+            z = ((element - slope @ x)[mine] / scale) ** 2
+            seen = counts[mine] / p.edge_px**2 @ (scale**2 * z / (1 + z))
+            return float(seen + ((x / sigma[one]) ** 2).sum())
+
+        best = minimize(
+            loss, truth[one], method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-12, "maxiter": 9999}
+        )
+        assert found.x[one] == pytest.approx(best.x, abs=1e-4)
+
+
+def test_the_covariance_is_the_scatter_of_the_places_found() -> None:
+    rng = np.random.default_rng(5)
+    p, count = replace(D, systematic_px=0.0, edge_px=0.1, scale=10.0), 600
+    body = np.repeat(np.arange(count), 100)
+    slope = np.tile(rng.normal(size=(100, 4)), (count, 1))
+    look = sees(slope, rng.normal(0, 0.1, len(body)), body)
+    found = fit(look, body, np.ones(len(body)), np.zeros((count, 4)), np.full((count, 4), 1e3), p)
+    assert np.cov(found.x.T) == pytest.approx(found.covariance.mean(axis=0), rel=0.25, abs=2e-5)
+
+
+def test_edges_that_are_all_drawn_alike_move_a_body_by_so_much() -> None:
+    """A shift by 2 px a mm, and no noise: .27 px are .135 mm."""
+    slope = np.tile([2.0, 0.0, 0.0, 0.0], (50, 1))
+    found = fit(sees(slope, np.full(50, 1.0), FIRST_BODY[:50]), FIRST_BODY[:50], np.ones(50), np.zeros((1, 4)), WIDE, D)
+    assert found.x[0] == pytest.approx([0.5, 0, 0, 0], abs=1e-6)
+    assert found.covariance[0, 0, 0] ** 0.5 == pytest.approx(0.135, rel=0.01)
+    assert found.agree[0] == pytest.approx(50.0)
+
+
+def test_a_body_of_which_nothing_is_seen_stays() -> None:
+    body = FIRST_BODY[:9]
+    found = fit(sees(np.ones((9, 4)), np.full(9, 99.0), body), body, np.ones(9), np.zeros((1, 4)), WIDE, D)
+    assert isinstance(found, Displacement)
+    assert not found.x.any()
+    assert found.agree.tolist() == [0.0]
+
+
+def test_the_nearest_usable_element_is_found() -> None:
+    rng = np.random.default_rng(6)
+    many = rng.integers(0, 9, 200)
+    first = np.append(0, np.cumsum(many))
+    offset, usable = rng.uniform(-9, 9, first[-1]), rng.random((first[-1], 2)) < 0.6
+    beside = BodyElements(first, offset, usable, np.ones(200))
+    sample, side, ahead = rng.integers(0, 200, 500), rng.integers(0, 2, 500), rng.uniform(-5, 5, 500)
+    got = beside.find_nearest(sample, side, ahead, 3.0)
+    for k in range(500):
+        mine = slice(first[sample[k]], first[sample[k] + 1])
+        away = offset[mine][usable[mine, side[k]]] - ahead[k]
+        away = away[np.abs(away) <= 3.0]
+        want = away[np.abs(away).argmin()] if len(away) else np.nan
+        assert got[k] == pytest.approx(want, nan_ok=True)
+
+
+FIRST_BODY = np.zeros(99, np.int64)
+WIDE = np.full((1, 4), 1e3)

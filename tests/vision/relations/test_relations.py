@@ -18,7 +18,6 @@ from vision.relations.relations import (
     PARALLEL,
     Areas,
     ImageCurves,
-    Relations,
     relate,
 )
 
@@ -56,32 +55,6 @@ def square(x: float, y: float, half: float) -> Areas:
         x=x + half * np.array([-1.0, 1.0, 1.0, -1.0]),
         y=y + half * np.array([-1.0, -1.0, 1.0, 1.0]),
     )
-
-
-def only(found: Relations, kind: int, a: int, b: int) -> tuple[float, ...]:
-    """Distance, its sigma, angle, its sigma of the one such row."""
-    rows = np.flatnonzero((found.kind == kind) & (found.a == a) & (found.b == b))
-    assert len(rows) == 1
-    row = rows[0]
-    return tuple(map(float, (found.distance[row], found.distance_sigma[row], found.angle[row], found.angle_sigma[row])))
-
-
-def test_stated_deviations_are_those_of_lines_drawn_again_and_again() -> None:
-    """Lines off by `sigma` across and by `angle_sigma` in direction about their middles."""
-    rng, sigma, lean = np.random.default_rng(0), 0.4, 0.01
-    middle = np.array([[0.0, 0.0], [30.0, 25.0]])
-    half = np.array([60.0, 40.0])
-    values = []
-    for _ in range(400):
-        angle = rng.normal(0, lean, 2)
-        along = half[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-        centre = middle + np.column_stack([np.zeros(2), rng.normal(0, sigma, 2)])
-        lines = [[tuple(c - d), tuple(c + d)] for c, d in zip(centre, along, strict=True)]
-        values.append(only(relate(curves(*lines), NO_AREAS), PARALLEL, 0, 1)[0])
-    true = replace(curves([(-60, 0), (60, 0)], [(-10, 25), (70, 25)], sigma=sigma), angle_sigma=np.full(2, lean))
-    offset, stated, _, _ = only(relate(true, NO_AREAS), PARALLEL, 0, 1)
-    assert np.mean(values) == pytest.approx(offset, abs=3 * stated / 20)
-    assert np.std(values) == pytest.approx(stated, rel=0.15)
 
 
 def test_nothing_is_related_to_nothing() -> None:
