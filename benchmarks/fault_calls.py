@@ -18,15 +18,37 @@ DEMO = Path(__file__).parents[1] / "examples/demo"
 
 
 def make_stores(folder: Path) -> None:
-    """What calls begin with: an empty store, and one of the demonstration."""
+    """What calls begin with: an empty store, one of the demonstration, and its first pair at half size."""
     import relmodel
 
     folder.mkdir()
+    _halve(DEMO / "pair_00_rig.yaml", folder)
     relmodel.create(folder / "empty.duckdb").close()
     shutil.copy(folder / "empty.duckdb", folder / "demo.duckdb")
     with relmodel.open(folder / "demo.duckdb", read_only=False) as store:
         store.load(DEMO / "bulkhead_A.step.gz", name="bulkhead", variant="A")
         store.place(DEMO / "world.yaml")
+
+
+def _halve(rig: Path, folder: Path) -> None:
+    """Write pictures of half the size and the rig that takes them: an inspection of them costs two thirds."""
+    import cv2
+    import yaml
+
+    told = yaml.safe_load(rig.read_text())
+    for name, camera in told["cameras"].items():
+        picture = cv2.imread(str(rig.with_name(f"pair_00_{name}.png")), cv2.IMREAD_UNCHANGED)
+        assert picture is not None
+        half = cv2.resize(picture, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+        cv2.imwrite(str(folder / f"{name}.png"), half)
+        camera["width"], camera["height"] = camera["width"] // 2, camera["height"] // 2
+        matrix = np.array(camera["matrix"])
+        matrix[:2, :2] /= 2
+        matrix[:2, 2] = (matrix[:2, 2] + 0.5) / 2 - 0.5
+        camera["matrix"] = matrix.tolist()
+    for name in ("focal_px", "centre_px"):
+        told["sigma"][name] /= 2
+    (folder / "rig.yaml").write_text(yaml.safe_dump(told))
 
 
 def plain(value: Any) -> Any:
@@ -166,9 +188,9 @@ def _inspected(folder: Path, given: dict[str, Any], names: tuple[str, ...]) -> A
 
     target = folder / "inspected.duckdb"
     shutil.copy(folder / "demo.duckdb", target)
-    pictures = {name: DEMO / f"pair_00_{name}.png" for name in names}
+    pictures = {name: folder / f"{name}.png" for name in names}
     with relmodel.open(target, read_only=False) as store:
-        found = store.inspect(rig=DEMO / "pair_00_rig.yaml", pictures=pictures, **given)
+        found = store.inspect(rig=folder / "rig.yaml", pictures=pictures, **given)
         said = found.to_json()
         tables = {name: list(table) for name, table in store.results().items() if name != "inspection"}
         return [said, tables, list(store.why())]
@@ -192,9 +214,9 @@ def call_stereo(folder: Path) -> Any:
 
     target = folder / "stereo.duckdb"
     shutil.copy(folder / "empty.duckdb", target)
-    pictures = {name: DEMO / f"pair_00_{name}.png" for name in ("left", "right")}
+    pictures = {name: folder / f"{name}.png" for name in ("left", "right")}
     with Store.open(target, read_only=False) as store:
-        answer = match_pair(store, rig=DEMO / "pair_00_rig.yaml", pictures=pictures)
+        answer = match_pair(store, rig=folder / "rig.yaml", pictures=pictures)
     return [answer.rows(), rows_of(target)]
 
 
@@ -235,7 +257,7 @@ def call_plan(folder: Path) -> Any:
     with Store.open(folder / "demo.duckdb") as store, store.read() as connection:
         (world,) = store.rows(connection, "world/current")
         stored = read_scene(store, connection, world.world_id)
-    rig = read_rig(DEMO / "pair_00_rig.yaml")
+    rig = read_rig(folder / "rig.yaml")
     grid = lay_grid(stored.scene, np.arange(2), rig, 4000.0, find_table(stored.scene))
     return [grid.world_from_rig, grid.target, choose_views(px > 120, px, 0.95), choose_views(px > 90, px, 0.9, 3)]
 

@@ -22,6 +22,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -66,6 +67,7 @@ BESIDE = {  # folder or file of code: folders of tests
 }
 NAMED = {"schema/105": "view_volume", "schema": "long_parts", "queries/find": "long_parts"}  # not named like the files
 TEST_SECONDS, CALL_SECONDS, MOST_SECONDS = 20.0, 120.0, 90.0
+MOST_CALLS = 2  # of those that run the line of a fault, the quickest
 LEAST, LEAST_OF_FOLDER = 0.85, 0.70
 
 CALLS_OF_SQL = {"schema": ["find"], "queries": ["find", "inspect", "no_prior", "one_picture"]}
@@ -270,25 +272,27 @@ def answer(names: list[str], stores: Path, expected: dict[str, Answer]) -> None:
         with tempfile.TemporaryDirectory() as folder:
             if not stores.exists():
                 make_stores(stores)
-            for file in stores.glob("*.duckdb"):
-                shutil.copy(file, folder)
+            shutil.copytree(stores, folder, dirs_exist_ok=True)
+            began = time.process_time()
             try:
                 said = CALLS[name](Path(folder)) if expected else tracer.run(CALLS[name], Path(folder))
             except RelmodelError as error:
                 said = str(error)
         digest = hashlib.sha256(json.dumps(plain(said), sort_keys=True).encode()).hexdigest()
         lines = {file: sorted(found) for file, found in tracer.lines.items()}
-        print(json.dumps({"call": name, "digest": digest, "lines": lines}), flush=True)
+        seconds = time.process_time() - began
+        print(json.dumps({"call": name, "digest": digest, "lines": lines, "seconds": seconds}), flush=True)
         if expected and expected[name].digest != digest:
             return
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a call answers without a fault, and which lines of which files it runs."""
+    """What a call answers without a fault, which lines of which files it runs, and how long while these are noted."""
 
     digest: str
     lines: dict[str, list[int]]
+    seconds: float
 
 
 # Faults are planted in copies of the checkout, one after another.
@@ -306,52 +310,67 @@ class Copy:
             if name.is_file():
                 (place / name.relative_to(HERE)).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(name, place / name.relative_to(HERE))
-
-    def run(self, *command: str | Path, seconds: float) -> tuple[int | None, str]:
-        """Exit status, None where it took too long, and what was printed."""
-        env = {"PYTHONPATH": str(self.place), "NUMBA_CACHE_DIR": str(self.cache), "PYTHONDONTWRITEBYTECODE": "1"}
-        process = subprocess.Popen(
-            [sys.executable, *map(str, command)], cwd=self.place, env=os.environ | env, text=True,
-            start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        own = {"PYTHONPATH": str(place), "NUMBA_CACHE_DIR": str(self.cache), "OPENBLAS_NUM_THREADS": "1"}
+        self.env, self.stamp = os.environ | own, 1_000_000_000
+        server = subprocess.Popen(
+            [sys.executable, "-m", "benchmarks.fault_server"], cwd=place, env=self.env, text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         )  # fmt: skip
-        try:
-            said, _ = process.communicate(timeout=seconds)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, 9)
-            return None, process.communicate()[0]
-        return process.returncode, said
+        assert server.stdin is not None
+        assert server.stdout is not None
+        self.asked, self.said = server.stdin, server.stdout
+
+    def run(self, module: str, *arguments: str | Path, seconds: float) -> tuple[int | None, str]:
+        """Exit status, None where it took too long, and what was printed."""
+        out = self.place.with_name(f"{self.place.name}.out")
+        print(json.dumps([module, list(map(str, arguments)), str(out)]), file=self.asked, flush=True)
+        process = int(self.said.readline())
+        too_long = threading.Event()
+
+        def stop() -> None:
+            too_long.set()
+            os.killpg(process, 9)
+
+        watch = threading.Timer(seconds, stop)
+        watch.start()
+        status = int(self.said.readline())
+        watch.cancel()
+        return (None if too_long.is_set() else status), out.read_text(errors="replace")
 
     def ask(self, names: list[str], stores: Path, expected: Path | None, seconds: float) -> dict[str, Answer] | None:
         """What calls answer; None where one does not run."""
         options: list[str | Path] = ["--expected", expected] if expected else []
-        status, said = self.run(
-            "-m", "benchmarks.faults", "--answer", *names, "--stores", stores, *options, seconds=seconds
-        )
+        status, said = self.run("benchmarks.faults", "--answer", *names, "--stores", stores, *options, seconds=seconds)
         found = [json.loads(line) for line in said.splitlines() if line.startswith('{"call"')]
         if status != 0 and expected is None:
             sys.exit(f"the calls do not run:\n{said}")
-        return {one["call"]: Answer(one["digest"], one["lines"]) for one in found} if status == 0 else None
+        if status != 0:
+            return None
+        return {one["call"]: Answer(one["digest"], one["lines"], one["seconds"]) for one in found}
 
     @contextmanager
     def planted(self, fault: Fault) -> Iterator[None]:
         """While the block lasts the copy has the fault, and the kernels of other modules need no compiling."""
         file = self.place / fault.file
-        text = file.read_bytes()
+        text, times = file.read_bytes(), file.stat()
         file.write_bytes(text[: fault.start] + fault.text.encode() + text[fault.end :])
+        self.stamp += 1  # Python takes a file of the same second and size for the one it has compiled
+        os.utime(file, (self.stamp, self.stamp))
         made = self._cache_without(file) if file.name.endswith("kernels.py") else None
         try:
             yield
         finally:
             file.write_bytes(text)
+            os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
             if made:
                 shutil.rmtree(made, ignore_errors=True)
 
     def _cache_without(self, file: Path) -> Path:
         """Lay the cache of the faulted kernels: all but what the file holds and those that call it."""
         (whole,) = self.cache.glob("kernels-*")
-        made = Path(
-            self.run("-c", "from relmodel.compiled import cache_folder; print(cache_folder())", seconds=60)[1].strip()
-        )
+        asked = [sys.executable, "-c", "from relmodel.compiled import cache_folder; print(cache_folder())"]
+        said = subprocess.run(asked, cwd=self.place, env=self.env, capture_output=True, text=True, check=True).stdout
+        made = Path(said.strip())
         shutil.copytree(whole, made, dirs_exist_ok=True)
         others = [other.stem for other in self.place.rglob("*kernels.py") if file.stem in other.read_text()]
         for kept in made.iterdir():
@@ -396,7 +415,7 @@ def time_tests(copy: Copy, kept: Path, folders: set[str]) -> dict[str, dict[str,
             found[folder] = json.loads(file.read_text())
             continue
         report = copy.place.parent / "junit.xml"
-        copy.run("-m", "pytest", "-q", "-p", "no:cacheprovider", f"--junitxml={report}", folder, seconds=1200)
+        copy.run("pytest", "-q", "-p", "no:cacheprovider", f"--junitxml={report}", folder, seconds=1200)
         cases = ElementTree.parse(report).iter("testcase")
         found[folder] = {
             f"{case.get('classname', '').replace('.', '/')}.py::{case.get('name')}": float(case.get("time", 0))
@@ -427,13 +446,13 @@ def evaluate(fault: Fault, copy: Copy, kept: Path, answers: dict[str, Answer], t
     compiled = fault.file.endswith("kernels.py")
     names = [
         name
-        for name in CALLS
+        for name in sorted(CALLS, key=lambda name: answers[name].seconds)
         if (fault.line in answers[name].lines.get(fault.file, []) or (compiled and fault.file in answers[name].lines))
         or (not python and name in CALLS_OF_SQL[fault.label])
     ]
     own = copy.place.with_name(f"{copy.place.name}-stores") if fault.label == "schema" else kept / "stores"
     with copy.planted(fault):
-        found = copy.ask(names, own, kept / "expected.json", CALL_SECONDS)
+        found = copy.ask(names[:MOST_CALLS], own, kept / "expected.json", CALL_SECONDS)
         if fault.label == "schema":
             shutil.rmtree(own, ignore_errors=True)
         if found is None:
@@ -442,7 +461,7 @@ def evaluate(fault: Fault, copy: Copy, kept: Path, answers: dict[str, Answer], t
             return "changes nothing"
         if not tests:
             return "survived"
-        status, _ = copy.run("-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests, seconds=MOST_SECONDS)
+        status, _ = copy.run("pytest", "-x", "-q", "-p", "no:cacheprovider", *tests, seconds=MOST_SECONDS)
     # It may break a file of tests, so that its tests are not found (4), or make one run on and on (None).
     return "survived" if status == 0 else "caught"
 
@@ -460,7 +479,7 @@ def main() -> int:
     given = parser.parse_args()
     if given.answer is not None:
         read = json.loads(given.expected.read_text()) if given.expected else {}
-        answer(given.answer, given.stores, {name: Answer(digest, {}) for name, digest in read.items()})
+        answer(given.answer, given.stores, {name: Answer(digest, {}, 0.0) for name, digest in read.items()})
         return 0
     with tempfile.TemporaryDirectory() as scratch:
         outcomes = measure(Path(scratch), given)
