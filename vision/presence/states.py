@@ -383,9 +383,8 @@ def assess(
     edges = EdgePredictions(samples, moving, beside, runs, it.nearby.contrast * it.nearby.offset > 0)
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
-    appearance = look_at_features(
-        items, samples, find_normals(stored.scene), [seen.greys[name] for name in rig.cameras], maps, p.appearance
-    )
+    greys = [seen.greys[name] for name in rig.cameras]
+    appearance = look_at_features(items, samples, support.found, find_normals(stored.scene), greys, maps, p.appearance)
     displacements = measure_displacements(stored, *where, samples, it.nearby, support, runs, p)
     uncovered = look_beneath(stored, *where, samples, it.sides, runs, maps, p)
     distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
