@@ -219,18 +219,12 @@ CREATE VIEW occurrence (  -- world: Every object and part as placed in a revisio
 ) AS
 SELECT o.id, o.world_id, o.parent_id, o.object_no, o.kind, o.path, o.object_id, o.part_id, o.shape_id, o.page,
     o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23,
-    least(o.m00 * s.x0, o.m00 * s.x1) + least(o.m01 * s.y0, o.m01 * s.y1)
-        + least(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x0,
-    least(o.m10 * s.x0, o.m10 * s.x1) + least(o.m11 * s.y0, o.m11 * s.y1)
-        + least(o.m12 * s.z0, o.m12 * s.z1) + o.m13 AS y0,
-    least(o.m20 * s.x0, o.m20 * s.x1) + least(o.m21 * s.y0, o.m21 * s.y1)
-        + least(o.m22 * s.z0, o.m22 * s.z1) + o.m23 AS z0,
-    greatest(o.m00 * s.x0, o.m00 * s.x1) + greatest(o.m01 * s.y0, o.m01 * s.y1)
-        + greatest(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x1,
-    greatest(o.m10 * s.x0, o.m10 * s.x1) + greatest(o.m11 * s.y0, o.m11 * s.y1)
-        + greatest(o.m12 * s.z0, o.m12 * s.z1) + o.m13 AS y1,
-    greatest(o.m20 * s.x0, o.m20 * s.x1) + greatest(o.m21 * s.y0, o.m21 * s.y1)
-        + greatest(o.m22 * s.z0, o.m22 * s.z1) + o.m23 AS z1
+    least(o.m00 * s.x0, o.m00 * s.x1) + least(o.m01 * s.y0, o.m01 * s.y1) + least(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x0,
+    least(o.m10 * s.x0, o.m10 * s.x1) + least(o.m11 * s.y0, o.m11 * s.y1) + least(o.m12 * s.z0, o.m12 * s.z1) + o.m13 AS y0,
+    least(o.m20 * s.x0, o.m20 * s.x1) + least(o.m21 * s.y0, o.m21 * s.y1) + least(o.m22 * s.z0, o.m22 * s.z1) + o.m23 AS z0,
+    greatest(o.m00 * s.x0, o.m00 * s.x1) + greatest(o.m01 * s.y0, o.m01 * s.y1) + greatest(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x1,
+    greatest(o.m10 * s.x0, o.m10 * s.x1) + greatest(o.m11 * s.y0, o.m11 * s.y1) + greatest(o.m12 * s.z0, o.m12 * s.z1) + o.m13 AS y1,
+    greatest(o.m20 * s.x0, o.m20 * s.x1) + greatest(o.m21 * s.y0, o.m21 * s.y1) + greatest(o.m22 * s.z0, o.m22 * s.z1) + o.m23 AS z1
 FROM (
     SELECT CAST(p.object_no AS BIGINT) * 268435456 + n.node_no AS id, w.id AS world_id,
         CAST(p.object_no AS BIGINT) * 268435456 + n.parent_no AS parent_id, p.object_no,
