@@ -19,7 +19,7 @@ from vision.cameras.cameras import CalibrationSigma, Rig, Standpoint, perturb, p
 from vision.localisation.hypotheses import EdgePoints
 from vision.localisation.measurements import correct_rig, share_left
 from vision.localisation.refine import Fit
-from vision.localisation.verdict import compare_standpoints
+from vision.localisation.verdict import compare_standpoints, compute_precision
 
 SIGMA = np.repeat([1.0, np.radians(0.1)], 3)
 SCENE = blocks(5)
@@ -104,6 +104,32 @@ def test_it_ends_where_scipy_does() -> None:
         told = 1 - value > 0.2
         square = ((axes.T @ found.solved[columns[name]])[told] ** 2 / shown[told]).sum()
         assert 2 * norm.sf(it.misfit.sigmas) == pytest.approx(chi2.sf(square, told.sum()))
+
+
+def test_pictures_together_are_surer_and_as_right_as_they_say_and_exact_standpoints_are_not() -> None:
+    """The same pictures one by one are less sure; standpoints held exact are surer than they are right."""
+    fit, true, errors = stand(0)
+    truth = true.standpoints["s0"].world_from_rig
+    edges = {name: index.edges for name, index in zip(fit.rig.cameras, fit.cameras, strict=True)}
+    found = fit.refine(truth)
+    d = perturbation(found.world_from_rig, truth)
+    together = d @ np.linalg.solve(found.covariance, d)
+    mm, rad, _ = compute_precision(found.covariance, found.middle)
+    for name, it in compare_standpoints(fit.rig, found).items():
+        left = it.moved - errors[int(name[1:])]
+        assert left @ np.linalg.solve(it.covariance, left) < 30
+        assert it.misfit.sigmas < 3.5
+    certain = {n: replace(it, covariance=1e-6 * it.covariance) for n, it in fit.rig.standpoints.items()}
+    assert fit.rig.moved is not None
+    held = fit_of(fit.rig.moved.at_standpoints(certain), edges, truth).refine(truth)
+    d = perturbation(held.world_from_rig, truth)
+    exact = d @ np.linalg.solve(held.covariance, d)
+    alone = fit_of(fit.rig.moved, {"left": edges["s0/left"]}, truth).refine(truth)
+    one_mm, one_rad, _ = compute_precision(alone.covariance, alone.middle)
+    assert together < 9  # of six degrees of freedom
+    assert exact > 4 * together
+    assert one_mm > mm
+    assert one_rad > rad
 
 
 def test_a_standpoint_that_is_moved_is_named_with_the_amount() -> None:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
+import yaml
 
+import relmodel
 from relmodel.arrays import Bools, Floats
 from relmodel.geometry.transforms import rotation_matrix
 from tests.poses import pose_of
+from tests.reading import load
 from tests.vision.account.test_samples import box_samples
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
 from vision.account.runs import EdgeRuns, weigh_runs
@@ -465,3 +469,28 @@ def test_a_part_is_missing_where_that_is_the_likeliest(
     )
     found = find_missing(cast(Items, items), cast(Signs, signs), P.states)
     assert found.tolist() == [False, missing, False, False, missing, missing]
+
+
+@pytest.mark.data
+def test_a_missing_bolt_is_told_as_missing_and_not_as_the_hole_beneath_it(
+    data_dir: Path, duckdb_file: Path, tmp_path: Path
+) -> None:
+    folder = data_dir / "gearbox"
+    truth = np.loadtxt(folder / "truth_view0.txt")
+    stated = {"world_from_rig": truth.tolist(), "sigma": {"translation_mm": 3, "rotation_deg": 0.5}}
+    (tmp_path / "prior.yaml").write_text(yaml.safe_dump(stated))
+    with relmodel.open(duckdb_file, read_only=False) as store:
+        load(store, folder / "gearbox_A.step", name="gearbox", variant="A")
+        store.place(folder / "world.yaml")
+        picture = {"right": folder / "bolt0_right.png"}
+        found = store.inspect(rig=folder / "stereo.yaml", pictures=picture, prior=tmp_path / "prior.yaml")
+    assert found.presence is not None
+    said = {item["path"]: item for item in found.presence["items"] if item["level"] == "part"}
+    bolt = said["gearbox/BOLT_3"]
+    assert (bolt["state"], bolt["reason"]) == ("contradicted", "what it covers shows in its place")
+    assert bolt["measured"] == []
+    assert {path for path, item in said.items() if item["state"] == "confirmed"} >= {
+        "gearbox/HOUSING",
+        "gearbox/BOLT_4",
+    }
+    assert all(path.startswith("gearbox/BOLT_3") for path in found.presence["look_at"])
