@@ -50,9 +50,11 @@ def pytest_collection_finish() -> None:
 # Folders whose files share fixtures that take long (six bulkheads loaded): to one worker each.
 _TOGETHER = ("tests/variants",)
 # What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
-# One of two workers makes the stores of the command line's tests while the other waits for Spark, not for those stores.
+# One of two workers makes stores of the command line's tests while the other runs Spark and the wheel, which need none.
 _FIRST = (
     "tests/find/test_parquet.py",
+    "tests/app/cli/test_presence.py",
+    "tests/test_wheel.py",
     "tests/app/cli/",
     "tests/vision/presence/",
     "tests/loading/",
@@ -60,7 +62,6 @@ _FIRST = (
     "tests/features/",
     "tests/vision/localisation/",
     "tests/variants/",
-    "tests/test_wheel.py",
 )
 
 
