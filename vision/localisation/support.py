@@ -256,7 +256,7 @@ def measure_shifted_outlines(
                 for mask in (model, grid.seen)
             )
             # What lies beyond the picture is not known: its border is no outline.
-            clear = STEP_PX * cv2.distanceTransform(known, cv2.DIST_L2, 5) > FAR_PX + STEP_PX
+            clear = cv2.distanceTransform(known, cv2.DIST_L2, 5) > FAR_PX / STEP_PX + 1
             length, contrast = _compare(there > 0, grid.seen & clear, grid)
             total[number] += length * contrast / OBSERVED_PX
     return total
