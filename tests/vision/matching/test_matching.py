@@ -254,6 +254,7 @@ def test_pairs_are_judged_priced_and_struck_as_loops_do() -> None:
     assert (solved.null_cost == 112).all()
     assert (solved.units, solved.labels, solved.relation_weight, solved.nat_cost) == (14, 6, 112, 32.0)
     assert (solved.null_share, solved.injective, solved.nodes) == (0.0, False, 200)
+    assert (solved.units_id, solved.labels_id) == (2, 3)  # sets of no other view's problem
     assert solved.places is not None
     got_places: Any = np.ma.stack([np.ma.asarray(v) for v in solved.places.values()], axis=1)
     np.testing.assert_allclose(got_places[: len(places)], list(places.values()), atol=1e-6)
