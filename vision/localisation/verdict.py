@@ -292,9 +292,10 @@ class VerdictStatistics:
         return np.array([min(self.rarity, p.most_rarity), min(self.share, p.most_share), self.agreement, -beyond])
 
     def log_odds(self, p: VerdictParameters) -> float:
-        """Log odds of the pose by these statistics; evidence that a search reaches by chance says nothing for it."""
+        """Log odds of the pose by these statistics; evidence that a search reaches by chance says nothing for it, nor
+        does little of what is expected."""
         odds = float(p.offset + np.array(p.weights) @ self.columns(p))
-        return odds if self.rarity > p.searched_rarity else min(odds, 0.0)
+        return odds if self.rarity > p.searched_rarity and self.share >= p.least_share else min(odds, 0.0)
 
 
 @dataclass(frozen=True)
@@ -570,7 +571,9 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
         missing.append(f"{len(costs)} distinct poses explain the pictures about equally well")
     if not missing:
         verdict = "accepted"
-        reason = f"probability {_percent(posterior)}: {_share(stats.share)} of the expected edge evidence found, "
+        # Never rounded up to certainty.
+        probability = "> 99.9 %" if posterior > 0.999 else f"{100 * posterior:.1f} %"
+        reason = f"probability {probability}: {_share(stats.share)} of the expected edge evidence found, "
         reason += "no rival pose" + ("" if np.isnan(from_prior) else f", {from_prior:.1f} sigma from the prior")
         if g.is_symmetric.any():
             reason += "; the model is symmetric: from its other poses the rig sees the same"
@@ -621,8 +624,3 @@ def weigh_against_prior(verdict: Verdict, prior: Prior, world_from_rig: Floats, 
 def _share(value: float) -> str:
     """A share in percent: evidence beyond what was expected is all of it."""
     return f"{min(value, 1.0):.0%}"
-
-
-def _percent(probability: float) -> str:
-    """A probability in percent, never rounded up to certainty."""
-    return "> 99.9 %" if probability > 0.999 else f"{100 * probability:.1f} %"

@@ -115,6 +115,16 @@ def test_a_prior_takes_off_what_is_beyond_its_mean_over_right_poses(prior_sigma:
     assert most.columns(p) == pytest.approx([p.most_rarity, p.most_share, 0.8, beyond])
 
 
+@pytest.mark.parametrize(
+    ("rarity", "share", "says"), [(12.1, 0.25, True), (12.0, 0.9, False), (30.0, 0.249, False), (12.1, 0.9, True)]
+)
+def test_evidence_by_chance_or_little_of_what_is_expected_says_nothing(rarity: float, share: float, says: bool) -> None:
+    found = VerdictStatistics(1e3, rarity, np.nan, share, 1.0, 0.0, 0.0, 0.0)
+    sure = replace(DEFAULTS.verdict, offset=0.0)
+    assert found.log_odds(sure) == (pytest.approx(0.26 * rarity + 6.4 * share + 9.5) if says else 0.0)
+    assert found.log_odds(replace(sure, offset=-40.0)) < -20
+
+
 def test_edges_agree_by_the_length_that_lies_near_of_all_that_is_found() -> None:
     limit = DEFAULTS.verdict.agreement_px
     measured = SimpleNamespace(found=np.array([3, 4, -1, 5]), offset=limit * np.array([0.9, 1.1, 0.0, -0.9]))
