@@ -246,9 +246,10 @@ def test_distinct_poses_show_the_samples_apart() -> None:
 
 @pytest.mark.parametrize("distance", [400.0, 1600.0])
 def test_a_shift_of_the_picture_is_by_turning_and_moving_together(distance: float) -> None:
-    plate = box_scene([(np.array([-40.0, -40, -distance - 2]), np.array([80.0, 80, 2]))])
+    plate = box_scene([(np.array([-40.0, -40, 298 - distance]), np.array([80.0, 80, 2]))])
     camera = Camera(640, 480, np.array([[800.0, 0, 320], [0, 700, 240], [0, 0, 1]]))
     pose = np.diag([1.0, -1, -1, 1])
+    pose[2, 3] = 300.0
     prior = Prior.isotropic(pose, 3.0, 0.004)
     found = predict_shift_sigma(plate, Rig({"one": camera}, {"one": np.eye(4)}), prior)
     assert found == pytest.approx(800 * np.hypot(0.004, 3.0 / (distance + 1)), rel=0.01)
