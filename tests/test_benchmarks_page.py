@@ -12,7 +12,16 @@ from tests.pages import Page
 
 # What draws a picture of the docs, makes or keeps data that other scripts read, or works over a folder of trials in
 # several steps.
-TOOLS = {"answers", "house", "calibration", "fault_calls", "faults", "inspection_snapshot", "load_snapshot"}
+TOOLS = {
+    "answers",
+    "house",
+    "calibration",
+    "fault_calls",
+    "fault_server",
+    "faults",
+    "inspection_snapshot",
+    "load_snapshot",
+}
 TOOLS |= {"rendered_pairs", "run", "trials", "verdict"}
 
 
