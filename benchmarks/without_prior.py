@@ -1,6 +1,7 @@
 """Pairs and single pictures held against all objects of one store, with no world and no prior: what is that, and where.
 
-    python -m benchmarks.without_prior [--pairs N] [--cameras both left right] [--foreign FOLDER] [--only-foreign]
+    python -m benchmarks.without_prior [--pairs N] [--cameras both left right] [--hide crop glare]
+        [--foreign FOLDER] [--only-foreign]
 
 The store holds the shared bulkheads A and B as variants of one object and C as `lattice`, the demonstration's A and B
 as variants of `demo`, and two small objects.  Pictures are those of the first N pairs of each bulkhead (default: all),
@@ -8,7 +9,8 @@ and the small objects that `examples/render/trials.py` wrote below FOLDER, which
 `right`: the answer names what is there, alone or among look-alike variants, or names nothing where nothing is.
 `score`, `next`: what the best poses of the joins of two objects explain, of a pair the share of what stereo put in
 space, of one picture the log odds of its ellipses; `rank`: place of the truth among the poses of the join of what is
-answered, within 10 mm and 2 degrees; the error is that of the pose, at a point 700 mm before the rig.
+answered, within 10 mm and 2 degrees; the error is that of the pose, at a point 700 mm before the rig.  --hide leaves
+.48 of each picture, or lays light over .4 to .5 of it.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
+import cv2
 import numpy as np
 from tabulate import tabulate
 
@@ -70,6 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=int, metavar="N")
     parser.add_argument("--cameras", nargs="+", default=["both"], choices=CAMERAS)
+    parser.add_argument("--hide", nargs="+", default=[], choices=("crop", "glare"))
     parser.add_argument("--foreign", type=Path, metavar="FOLDER")
     parser.add_argument("--only-foreign", action="store_true")
     args = parser.parse_args(arguments)
@@ -86,12 +90,34 @@ def main(arguments: Sequence[str] | None = None) -> int:
             trials += islice(demonstration(models), args.pairs)
         if args.foreign:
             trials += (trial for trial in rendered(args.foreign, models) if trial.name.startswith("small_"))
+        if args.hide:
+            trials = [_hide(trial, how, n, models.folder) for how in args.hide for n, trial in enumerate(trials)]
         for trial, cameras in product(trials, args.cameras):
             rows.append((trial.name, cameras, *_inspect(store, models, trial, CAMERAS[cameras])))
             print(*rows[-1], flush=True)
     print(tabulate(rows, headers=HEADERS, floatfmt=".3f"))
     print(f"right: {sum(row[3] for row in rows)} of {len(rows)}")
     return 0
+
+
+def _hide(trial: Trial, how: str, number: int, folder: Path) -> Trial:
+    """The trial with half of its pictures hidden: what a smaller picture leaves, or about a place drawn in each."""
+    cameras, files, rng = {}, {}, np.random.default_rng(number)
+    for side, grey in trial.pictures.items():
+        camera, (rows, columns) = trial.rig.cameras[side], grey.shape
+        if how == "crop":
+            x, y = (number % 2) * round(0.4 * columns), round(0.1 * rows)
+            shown = grey[y : y + round(0.8 * rows), x : x + round(0.6 * columns)]
+            matrix = camera.matrix - [[0, 0, x], [0, 0, y], [0, 0, 0]]
+            camera = replace(camera, width=shown.shape[1], height=shown.shape[0], matrix=matrix)
+        else:
+            down, across = np.mgrid[:rows, :columns]
+            at = (0.2 + 0.6 * rng.random(2)) * (columns, rows)
+            light = 600 * np.clip(1.6 - 4 * np.hypot(across - at[0], down - at[1]) / columns, 0, 1)
+            shown = np.clip(grey + light, 0, 255)
+        cameras[side], files[side] = camera, folder / f"{how}_{number}_{side}.png"
+        cv2.imwrite(str(files[side]), np.asarray(shown, np.uint8))
+    return replace(trial, name=f"{trial.name} {how}", rig=replace(trial.rig, cameras=cameras), files=files)
 
 
 def _inspect(store: Store, models: Models, trial: Trial, seen: tuple[str, ...]) -> tuple[Any, ...]:
