@@ -16,7 +16,6 @@ from vision.account.samples import (
     Sides,
     collect_samples,
     find_nearby,
-    leave_out_glare,
     look_at_sides,
     measure_support,
 )
@@ -43,7 +42,8 @@ class EdgeRuns(Rows):
     weight_px: of it what can be distinguished from other edges; found: share of that which is supported; chance: share
     that chance supports; shows: probability that such an edge shows; log_odds: of there against not there; expected:
     what they would be in the mean were it there; in_light (r, k): log odds in k lights, equally likely, from one in
-    which few edges show to one in which most do: the edges of a thing are seen in the same."""
+    which few edges show to one in which most do: the edges of a thing are seen in the same.
+    """
 
     camera: Ints
     view_run: Ints
@@ -154,7 +154,8 @@ def weigh_absence(item: Ints, rows: EdgeRuns, count: int, cameras: int, p: RunPa
     In a picture those of one pair of surfaces, and of an arc that has nothing on one side, are there or not together.
     An edge that one picture shows is not gone from another.  What share of its edges an item would lack is not known:
     those of `missing` are as likely one as another.  So no edge that is found pays for another one that should show and
-    does not."""
+    does not.
+    """
     sides = np.sort(np.where(rows.surface < 0, -2 - rows.arc[:, None], rows.surface), axis=1)
     seen, row = np.unique(np.column_stack([item, sides, rows.camera]), axis=0, return_inverse=True)
     edge = np.unique(seen[:, :3], axis=0, return_inverse=True)[1].ravel()
@@ -263,7 +264,7 @@ def take_account(
     camera."""
     lists, (responses, _) = [indexes[name] for name in rig.cameras], split_response(pose.camera_unknowns[:, RESPONSE])
     bounds = [(index.edges.low, index.edges.high) for index in lists]
-    samples = leave_out_glare(collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples), lists)
+    samples = collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples)
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, lists, responses, p.samples)
     support = measure_support(samples, nearby, p.support)
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)

@@ -24,7 +24,8 @@ class Sides(Rows):
 
     sample (m,): those looked at; surface (m, 2): the scene's, -1 for none; normal (m, 2, 3): in the world, zero for
     none; rise (m, 2): sine of the angle by which what is seen on one side rises over the plane of the other: both are
-    positive in a corner, negative on a ridge, and differ where one side occludes the other."""
+    positive in a corner, negative on a ridge, and differ where one side occludes the other.
+    """
 
     sample: Ints
     surface: Ints
@@ -69,7 +70,8 @@ class SampleSupport:
     where a predicted edge of other surfaces lies so near that the picture cannot tell the two apart; chance: share of
     the places nearby, off all predicted edges, where an element lies as well; contrast: grey of the strongest that was
     found, 0 for none; owner: of each row of `Nearby` the sample nearest to its element, -1 where none lies within the
-    tolerance."""
+    tolerance.
+    """
 
     found: Bools
     weight: Floats
@@ -83,7 +85,8 @@ def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> S
     nearest.
 
     Edges that share a surface, as both rims of a bore in a thin web do, may share their elements, and so may the edges
-    of a part that shows little, as the head of a bolt: they are present or absent together."""
+    of a part that shows little, as the head of a bolt: they are present or absent together.
+    """
     n, away = len(samples.run), np.abs(nearby.offset)
     nearest, owner = _find_owners(samples, nearby, p)
     alien = ~share_surface(samples.kin[nearby.sample], samples.kin[owner[nearby.element]])
@@ -172,7 +175,8 @@ class Samples(Rows):
     point (n, 3): in the world; pixel, direction (n, 2): in the camera without distortion; normal (n, 2, 3): outward, of
     the two surfaces in the world; px_per_mm (n, 2): how far along the image normal (-dy, dx) the edge moves where that
     surface moves outward and the other stays, zero where the two are nearly tangent; length_px; front: how many of the
-    two surfaces face the camera; inside: whether it lies where edges can be found, off the picture's border."""
+    two surfaces face the camera; inside: whether it lies where edges can be found, off the picture's border.
+    """
 
     camera: Ints
     run: Ints
@@ -268,12 +272,6 @@ def _of_view(
     return whole.take(whole.kind != SMOOTH)
 
 
-def leave_out_glare(samples: Samples, indexes: Sequence[EdgeIndex]) -> Samples:
-    """The samples, with those whose edges light hides as outside; indexes: by camera in the rig's order."""
-    hidden = [index.edges.lie_in_glare(samples.pixel) & (samples.camera == n) for n, index in enumerate(indexes)]
-    return replace(samples, inside=samples.inside & ~np.any(hidden, axis=0))
-
-
 def _slide(normal: Floats, silhouette: Bools) -> Floats:
     """How an edge moves (n, 2, 3), mm, by each of its surfaces moving outward by one: along the other, which stays."""
     cosine = np.einsum("ni,ni->n", normal[:, 0], normal[:, 1])
@@ -289,7 +287,8 @@ class Nearby:
     sample's begin.
 
     sample; element: index in its picture's, plus those of the cameras before; offset: px along the image normal, the
-    camera's response shift taken off; contrast: grey, above zero where the bright side lies along the normal."""
+    camera's response shift taken off; contrast: grey, above zero where the bright side lies along the normal.
+    """
 
     first: Ints
     sample: Ints

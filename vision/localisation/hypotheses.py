@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints
+from relmodel.arrays import Bools, Floats, Floats32, Ints
 from relmodel.geometry.transforms import rotation_matrix, skew
 from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbations
 from vision.extraction.rows import Primitives
@@ -35,7 +35,6 @@ BACKGROUND_CELLS = 40.0  # weight of the whole picture's share in it
 BLOCK_PX = 16.0  # side of the blocks in which it is counted
 BORDER_PX = 6.0  # along the picture's border in which no edge can be found
 MIN_GREY_RANGE = 16.0  # least range that contrasts are related to
-BRIGHTEST, GLARE_PX = 250.0, 9  # grey from which nothing is brighter; side of a square of it that shows no edge
 
 
 @dataclass(frozen=True)
@@ -43,8 +42,8 @@ class EdgePoints:
     """Edge elements of one picture in the pixels of its camera without distortion.
 
     position (n, 2), normal (n, 2) toward bright, contrast (n,) grey, sigma (n,) px along the normal.
-    `low`, `high` (2,): the box of those pixels that the picture covers.  `grey_range`: of the picture.  `glare` (rows,
-    columns): which pixels of the box show no edge, all about them being as bright as can be; None where none is."""
+    `low`, `high` (2,): the box of those pixels that the picture covers.  `grey_range`: of the picture.
+    """
 
     position: Floats
     normal: Floats
@@ -53,19 +52,10 @@ class EdgePoints:
     low: Floats
     high: Floats
     grey_range: float
-    glare: Bools | None = None
-
-    def lie_in_glare(self, pixel: Floats) -> Bools:
-        """Which pixels (n, 2) show no edge for the light."""
-        if self.glare is None:
-            return np.zeros(len(pixel), bool)
-        x, y = np.clip(np.rint(pixel - self.low), 0, np.array(self.glare.shape[::-1]) - 1).astype(np.int64).T
-        return np.asarray(self.glare[y, x])
 
 
-def collect_edge_points(picture: Primitives, camera: Camera, grey: Bytes | Floats) -> EdgePoints:
-    """The edge elements of a picture without the camera's distortion, and where light hides them in its grey (rows,
-    columns)."""
+def collect_edge_points(picture: Primitives, camera: Camera) -> EdgePoints:
+    """The edge elements of a picture without the camera's distortion."""
     elements = picture.elements
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)
@@ -77,21 +67,7 @@ def collect_edge_points(picture: Primitives, camera: Camera, grey: Bytes | Float
         growth = np.linalg.norm(normal, axis=1)
         normal, sigma = normal / growth[:, None], sigma / growth
     contrast, grey_range = np.asarray(elements.contrast), max(picture.grey_range, MIN_GREY_RANGE)
-    low, high = bound_elements(camera)
-    return EdgePoints(position, normal, contrast, sigma, low, high, grey_range, _find_glare(grey, camera, low, high))
-
-
-def _find_glare(grey: Bytes | Floats, camera: Camera, low: Floats, high: Floats) -> Bools | None:
-    import cv2
-
-    whole = cv2.erode(np.asarray(grey, np.float32), np.ones((GLARE_PX, GLARE_PX), np.uint8)) >= BRIGHTEST
-    if not whole.any():
-        return None
-    x, y = np.meshgrid(*(np.arange(a, b + 1) for a, b in zip(low, high, strict=True)))
-    ideal = camera.normalise(np.column_stack([x.ravel(), y.ravel()]))
-    shown = np.rint(camera.project(np.column_stack([ideal, np.ones(len(ideal))]))[0])
-    column, row = np.clip(shown, 0, np.array(whole.shape[::-1]) - 1).astype(np.int64).T
-    return np.asarray(whole[row, column].reshape(x.shape))
+    return EdgePoints(position, normal, contrast, sigma, *bound_elements(camera), grey_range)
 
 
 def bound_elements(camera: Camera) -> tuple[Floats, Floats]:

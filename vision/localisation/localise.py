@@ -260,7 +260,8 @@ class Localisation:
     single_cameras: the pose each camera gives by itself, in the rig's order (where there are several).
     rig: as it stands at the best pose, with the unknowns of its cameras solved.
     edge_indexes: by camera, the edge elements of its picture.  views: by camera, what is seen at the best pose.
-    timings_s by step.  stages: what the search kept, and what became of it."""
+    timings_s by step.  stages: what the search kept, and what became of it.
+    """
 
     verdict: Verdict
     best: RefinedPose | None
@@ -287,11 +288,10 @@ def localise(
     """The pose of the rig from what its cameras saw.
 
     starts: poses that a join gives, perturbations of the prior, with what each explains; where one explains enough, or
-    the prior is open, they take the place of a scan of the prior's volume.  weigh: tells a few rivals apart."""
+    the prior is open, they take the place of a scan of the prior's volume.  weigh: tells a few rivals apart.
+    """
     clock, rig, pictures = Clock(), seen.rig, seen.pictures
-    points = {
-        name: collect_edge_points(pictures[name], camera, seen.greys[name]) for name, camera in rig.cameras.items()
-    }
+    points = {name: collect_edge_points(pictures[name], camera) for name, camera in rig.cameras.items()}
     odds = {name: partner_odds(pictures[name], has) for name, has in seen.partnered.items()}
     indexes = {name: EdgeIndex(own, odds.get(name, 0.0)) for name, own in points.items()}
     starts = keep_worthy(starts or Perturbations(np.zeros((0, 6)), np.zeros(0)), prior)
@@ -349,7 +349,8 @@ def _order(
     """Put the hypotheses that stand before the others, the one nearest the prior first.
 
     Also gives the rows of those that stand, without those that a symmetry of the model makes of the first, and the
-    motions (4, 4) of the symmetries, None where there is none."""
+    motions (4, 4) of the symmetries, None where there is none.
+    """
     standing = find_standing(HypothesisTable.of(hypotheses), p.verdict)
     rest = np.setdiff1d(np.arange(len(hypotheses)), standing)
     best, *others = [hypotheses[h] for h in (*standing, *rest)]

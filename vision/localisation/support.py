@@ -48,7 +48,8 @@ class Support:
     """What a pose gathers, by camera (c,).
 
     evidence: log odds that the model is there; found, expected: sum of the places' log odds without regard to
-    arcs, and its expectation at the right pose; length_px: length of the predicted arcs in view."""
+    arcs, and its expectation at the right pose; length_px: length of the predicted arcs in view.
+    """
 
     by_camera: Floats
     found: Floats
@@ -69,8 +70,7 @@ def measure_support(
     moved (n,): the occurrence of each sample that may lie elsewhere, -1 for those that are where the model says."""
     pixel, _ = project_with_jacobians(prediction)
     direction = project_directions(prediction)
-    hidden = [it.edges.lie_in_glare(pixel) & (prediction.view == number) for number, it in enumerate(indexes)]
-    w = np.where(np.any(hidden, axis=0), 0.0, prediction.weight)
+    w = prediction.weight
     # Each arc is looked for where the cameras' unknowns put it, and where it lies within its tolerance.
     pixel = pixel + shift_pixels(prediction, np.zeros(6), pixel, own)
     pixel += np.stack([-direction[:, 1], direction[:, 0]], axis=1) * m.shift[:, None]

@@ -17,7 +17,6 @@ from vision.account.samples import (
     Sides,
     collect_samples,
     find_nearby,
-    leave_out_glare,
     look_at_sides,
     measure_support,
     weigh_samples,
@@ -186,7 +185,8 @@ class Measures(Rows):
     diameter, thickness, width (between walls of a pocket), offset (how far outward a surface lies), shift (how far
     aside the middle of a bore lies), distance (from it to a neighbour), of parts that lie elsewhere displacement, dx,
     dy, dz (mm along the world's axes) and turn (degrees); nominal, value, sigma: in `unit_of(what)`; changed: whether
-    it surely differs."""
+    it surely differs.
+    """
 
     item: Ints
     other: Ints
@@ -543,7 +543,7 @@ def look_beneath(
         name: find_view_arcs(bare.scene, camera, world_from_rig @ rig.rig_from_camera[name])
         for name, camera in rig.cameras.items()
     }
-    beneath = leave_out_glare(collect_samples(bare, rig, bounds, world_from_rig, arcs, p.account.samples), indexes)
+    beneath = collect_samples(bare, rig, bounds, world_from_rig, arcs, p.account.samples)
     covering = np.full(len(beneath.run), -1)
     for number, shown in enumerate(maps):
         rows = np.flatnonzero(beneath.camera == number)

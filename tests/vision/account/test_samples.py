@@ -22,7 +22,6 @@ from vision.account.samples import (
     Sides,
     collect_samples,
     find_nearby,
-    leave_out_glare,
     look_at_sides,
     measure_support,
 )
@@ -79,16 +78,6 @@ def box_samples(grown: float = 0.0, small: float = 500.0) -> tuple[Scene, Sample
     bounds = [bound_elements(camera) for camera in rig.cameras.values()]
     p = replace(P.account.samples, small_part_px=small)
     return scene, collect_samples(stored(scene), rig, bounds, pose, views, p), pose
-
-
-def test_light_hides_samples_of_its_own_camera_alone() -> None:
-    _, samples, _ = box_samples()
-    glare = np.tile(np.arange(200) < 150, (200, 1))
-    lit, plain = (EdgeIndex(replace(edge_points(np.zeros((0, 2)), np.zeros((0, 2))), glare=it)) for it in (glare, None))
-    found = leave_out_glare(samples, [plain, lit])
-    hidden = (samples.camera == 1) & (samples.pixel[:, 0] < 149.5)
-    assert found.inside.tolist() == (samples.inside & ~hidden).tolist()
-    assert hidden.any()
 
 
 def test_samples_move_with_the_faces_they_lie_on() -> None:
