@@ -168,7 +168,7 @@ def _see_far_rims(
     nothing before that rim stops them."""
     shows = np.stack([shown.count_pixels(surfaces) > 0 for shown in seen])[samples.camera[:, None], samples.surface]
     bore = np.isin(np.array(items.kind), THROUGH)[items.member]
-    hole = np.full(surfaces + 1, _NONE)
+    hole = np.full(surfaces + 1, _NONE)  # the last stands for no surface
     hole[items.surface[bore]] = items.member[bore]
     other = samples.surface[:, ::-1]
     row, side = np.nonzero((hole[samples.surface] != _NONE) & shows & ~shows[:, ::-1] & (other >= 0))
