@@ -89,18 +89,35 @@ class SyntheticModel:
             put("shape", id=shape_ids, content_key=keys, kind="solid", area=1.0, **counts, **boxed(self.shape_boxes))
             feature_class = store.new_ids(connection, "feature_class", 1)
             put("feature_class", id=feature_class, content_key=[f"{tag}/class"], kind=["pocket"])
-            for shape, boxes in enumerate(self.elements):
-                shape_id, b = int(shape_ids[shape]), boxes["feature"]
-                for level in ("surface", "arc"):
-                    _append_listed(store, connection, shape_id, level, f"{tag}/{shape}", boxes[level])
-                named = {"feature_no": np.arange(len(b)), "name": [f"pocket {i}" for i in range(len(b))]}
-                named |= {"shape_id": shape_id, "feature_class_id": int(feature_class[0])}
-                put("feature", **named, **matrix_columns(np.broadcast_to(np.eye(4), (len(b), 4, 4))), **boxed(b))
+            for level in ("surface", "arc"):
+                _append_listed(store, connection, shape_ids, level, tag, np.stack([b[level] for b in self.elements]))
+            b = np.concatenate([boxes["feature"] for boxes in self.elements])
+            number = np.tile(np.arange(len(self.elements[0]["feature"])), len(shape_ids))
+            named = {"feature_no": number, "name": [f"pocket {i}" for i in number]}
+            named |= {"shape_id": np.repeat(shape_ids, len(b) // len(shape_ids)), "feature_class_id": int(feature_class[0])}
+            put("feature", **named, **matrix_columns(np.broadcast_to(np.eye(4), (len(b), 4, 4))), **boxed(b))
             part_ids = store.new_ids(connection, "part", len(shape_ids))
             names = [f"P{i}" for i in range(len(part_ids))]
             keys = [f"{tag}/part {i}" for i in range(len(part_ids))]
             put("part", id=part_ids, content_key=keys, number=names, name=names, shape_id=shape_ids)
-            object_id = self._fill_object(store, connection, self.root, part_ids, tag, {})
+            nodes = self._nodes()
+            ids = dict(zip(map(id, nodes), store.new_ids(connection, "object", len(nodes)).tolist(), strict=True))
+            object_id, names = ids[id(self.root)], [node.name for node in nodes]
+            keys = [f"{tag}/{name}" for name in names]
+            put("object", id=[*ids.values()], content_key=keys, name=names, kind="assembly")
+            for table, parent in (("object_object", "parent_id"), ("object_part", "object_id")):
+                is_object = table == "object_object"
+                rows = [
+                    (ids[id(node)], number, name, pose, ids[id(child)] if is_object else int(part_ids[child]))
+                    for node in nodes
+                    for number, (name, pose, child) in enumerate(node.children)
+                    if isinstance(child, Node) == is_object
+                ]
+                if not rows:
+                    continue
+                parents, numbers, names, poses, children = map(list, zip(*rows, strict=True))
+                columns = {parent: parents, "child_id" if is_object else "part_id": children}
+                put(table, **columns, child_no=numbers, name=names, **matrix_columns(np.stack(poses)))
             source_id = store.new_ids(connection, "source", 1)
             file = {"file_name": [f"{name}.step"], "sha256": [tag], "format": ["step"], "loader_version": ["1"]}
             put("source", id=source_id, unit=["mm"], unit_mm=[1.0], **file)
@@ -109,22 +126,14 @@ class SyntheticModel:
             put("object_variant", id=variant_id, object_id=[object_id], source_id=source_id, **given)
             append_expansion(store, connection, object_id)
 
-    def _fill_object(self, store, connection, node, part_ids, tag, done) -> int:  # type: ignore[no-untyped-def]
-        if id(node) in done:
-            return int(done[id(node)])
-        object_id = int(store.new_ids(connection, "object", 1)[0])
-        done[id(node)] = object_id
-        row = {"id": [object_id], "content_key": [f"{tag}/{node.name}"], "name": [node.name], "kind": ["assembly"]}
-        store.append(connection, "object", row)
-        for number, (name, parent_from_child, child) in enumerate(node.children):
-            common = {"child_no": [number], "name": [name], **matrix_columns(parent_from_child)}
-            if isinstance(child, Node):
-                child_id = self._fill_object(store, connection, child, part_ids, tag, done)
-                store.append(connection, "object_object", {"parent_id": [object_id], "child_id": [child_id], **common})
-            else:
-                row = {"object_id": [object_id], "part_id": [int(part_ids[child])], **common}
-                store.append(connection, "object_part", row)
-        return object_id
+    def _nodes(self) -> list[Node]:
+        """Every assembly once."""
+        found, todo = dict[int, Node](), [self.root]
+        while todo:
+            node = todo.pop()
+            found[id(node)] = node
+            todo += [child for _, _, child in node.children if isinstance(child, Node)]
+        return list(found.values())
 
     def placed(self, name: str, world_from_object: npt.NDArray[np.float64]) -> list[Placed]:
         """All parts of the object placed under `name`, walked with NumPy: the oracle of the expansion."""
@@ -150,11 +159,18 @@ def boxed(boxes: npt.NDArray[np.float64]) -> dict[str, npt.NDArray[np.float64]]:
 
 
 def _append_listed(
-    store: Store, connection: sa.Connection, shape_id: int, level: str, tag: str, boxes: npt.NDArray[np.float64]
+    store: Store,
+    connection: sa.Connection,
+    shape_ids: npt.NDArray[np.int64],
+    level: str,
+    tag: str,
+    boxes: npt.NDArray[np.float64],
 ) -> None:
-    """Surfaces or arcs of a shape, of which only the boxes matter."""
+    """Surfaces or arcs (shapes, n, 6) of shapes, of which only the boxes matter."""
+    shapes, count = boxes.shape[:2]
+    boxes = boxes.reshape(-1, 6)
     ids = store.new_ids(connection, level, len(boxes))
-    keys = [f"{tag}/{level} {number}" for number in range(len(boxes))]
+    keys = [f"{tag}/{shape}/{level} {number}" for shape in range(shapes) for number in range(count)]
     places = ("centroid",) if level == "surface" else ("start", "end")
     columns: dict[str, Any] = {"id": ids, "content_key": keys, "provenance": "exact", **boxed(boxes)}
     columns |= dict.fromkeys(("kind", "recognised_kind"), "spline")
@@ -165,7 +181,8 @@ def _append_listed(
     else:
         columns |= {"t0": 0.0, "t1": 1.0, "length": 1.0}
     store.append(connection, level, columns)
-    listed: dict[str, Any] = {"shape_id": shape_id, f"{level}_no": np.arange(len(boxes)), f"{level}_id": ids}
+    listed: dict[str, Any] = {"shape_id": np.repeat(shape_ids, count), f"{level}_no": np.tile(np.arange(count), shapes)}
+    listed |= {f"{level}_id": ids}
     store.append(connection, f"shape_{level}", listed | ({"convexity": "free"} if level == "arc" else {}))
 
 

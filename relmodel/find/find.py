@@ -31,7 +31,6 @@ Level = Literal["part", "feature", "surface", "arc"]
 LEVELS: tuple[Level, ...] = ("part", "feature", "surface", "arc")
 Precision = Literal["box", "exact"]
 PRECISIONS: tuple[Precision, ...] = ("box", "exact")
-_FARTHEST_MM = 1e7  # beyond which no part is looked for
 
 
 class VolumeOptions(TypedDict, total=False):
@@ -146,9 +145,14 @@ def nearest_parts(
             body, solid = apply(matrices(part)[0], mesh.triangles), bool(mesh.solid[0])
         else:
             body, solid = _swept(path, tool), True
+        (box,) = boxes_of(store.columns(connection, "find/world_box", world=name))
     bounds = np.concatenate([body.min(axis=(0, 1)), body.max(axis=(0, 1))])
-    reach = 64.0
+    # How far away the world is at least, along an axis, and how far all of it; its box is NaN where it has no part.
+    nearest = np.nan_to_num([box[:3] - bounds[3:], bounds[:3] - box[3:]]).max()
+    farthest = np.nan_to_num([bounds[:3] - box[:3], box[3:] - bounds[3:]]).max()
+    reach = max(64.0, 2 * float(nearest))
     while True:
+        is_all = reach >= farthest
         grown = bounds + np.repeat([-1.0, 1.0], 3) * (radius + reach)
         found = in_volume(store, Box(*grown), level=level, world=world)
         found = _chosen(found, found["occurrence_id"] != itself)
@@ -158,8 +162,8 @@ def nearest_parts(
         away = distances(np.ascontiguousarray(body), solid, matrices(found), *given) - radius
         found["distance_mm"] = np.maximum(away, 0.0)
         order = np.lexsort((found["element_no"], found["occurrence_id"], found["distance_mm"]))
-        order = order[found["distance_mm"][order] <= reach][:count]
-        if len(order) == count or reach > _FARTHEST_MM:
+        order = order[is_all | (found["distance_mm"][order] <= reach)][:count]
+        if len(order) == count or is_all:
             return {name: values[order] for name, values in found.items()}
         reach *= 4
 

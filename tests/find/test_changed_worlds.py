@@ -12,9 +12,9 @@ from relmodel.find.find import in_volumes
 from relmodel.find.indexes import WorldIndex, placed_parts, world_boxes
 from relmodel.find.volumes import Box
 from relmodel.store import Store
-from relmodel.store.check import check
 from tests.find.test_find import Oracle, random_boxes
 from tests.find.test_sql_clients import rows_of
+from tests.store.amiss import flaws
 from tests.synthetic_model import SyntheticModel, place_things
 
 Places = dict[str, npt.NDArray[np.float64]]
@@ -80,7 +80,8 @@ def test_objects_come_go_and_move(duckdb_file: Path, tmp_path: Path) -> None:
             for column, found in zip(("volume_no", "occurrence_id", "element_no"), in_process, strict=True):
                 assert np.array_equal(rows[column], found)
             everything = Box(-1e5, -1e5, -1e5, 1e5, 1e5, 1e5)
-            first.append(answers(in_volumes(store, [everything]), 1)[0])
+            if revision in (1, 2, 5):
+                first.append(answers(in_volumes(store, [everything]), 1)[0])
         with store.read() as connection:  # every earlier revision is there, as it was
             for world_id, oracle in enumerate(oracles, 1):
                 rows_then, hulls = placed_parts(store, connection, world_id)
@@ -90,8 +91,7 @@ def test_objects_come_go_and_move(duckdb_file: Path, tmp_path: Path) -> None:
                 assert set(then) == {name for name, _ in oracle.key["part"]}
                 low = {name: row for (name, _), row in zip(oracle.key["part"], oracle.low["part"], strict=True)}
                 assert all(np.abs(box[:3] - low[name]).max() < 1e-9 for name, box in then.items())
-        queries = ("check/object_", "check/placed_body", "journal")
-        assert not [r for f in check(store) if f.query.startswith(queries) for r in f.rows]
+        assert not flaws(store, "object_", "placed_body")
     assert first[0] == first[-1] != first[1]
     bounds = ", ".join(f"CAST({value!r} AS DOUBLE PRECISION)" for value in everything.bounds.tolist())
     rows_now = rows_of(str(duckdb_file), [f"SELECT path FROM parts_in_box({bounds})"])[0]  # noqa: S608

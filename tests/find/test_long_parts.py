@@ -120,14 +120,14 @@ def in_process(filled: Filled, level: str, volumes: Sequence[Volume], kind: int)
 def test_boxes_that_only_just_reach_a_side(filled: Filled, level: str) -> None:
     oracle, rng = filled.oracle, np.random.default_rng(1)
     some = rng.choice(len(oracle.key[level]), 40, replace=False)
-    for sign in (-1.0, 1.0):
-        boxes = beside_sides(oracle.low[level][some], oracle.high[level][some], rng, sign)
-        expected = [oracle.in_box(box, level) for box in boxes]
-        reached = [oracle.key[level][i] in answer for i, answer in zip(some.tolist(), expected, strict=True)]
-        assert all(reached) if sign < 0 else not any(reached)
-        assert asked(filled.target, "boxes", level, boxes) == expected
-        for kind in range(len(KINDS)):
-            assert in_process(filled, level, boxes, kind) == expected
+    sides = oracle.low[level][some], oracle.high[level][some]
+    boxes = [box for sign in (-1.0, 1.0) for box in beside_sides(*sides, rng, sign)]
+    expected = [oracle.in_box(box, level) for box in boxes]
+    reached = [oracle.key[level][i] in answer for i, answer in zip([*some, *some], expected, strict=True)]
+    assert reached == [True] * 40 + [False] * 40
+    assert asked(filled.target, "boxes", level, boxes) == expected
+    for kind in range(len(KINDS)):
+        assert in_process(filled, level, boxes, kind) == expected
 
 
 BAR = np.array([200.0, 10, 3])  # half of its length, width and height
@@ -174,10 +174,11 @@ def test_a_bar_that_lies_each_way(duckdb_file: Path, tmp_path: Path) -> None:
 def test_balls_and_turned_boxes_that_only_just_reach_a_corner(filled: Filled, level: str) -> None:
     oracle, rng = filled.oracle, np.random.default_rng(2)
     some = rng.choice(thick(oracle.corners[level]), 40, replace=False)
-    for sign in (-1.0, 1.0):
-        volumes = list(beside_corners(oracle.corners[level][some], rng, sign))
-        expected = [oracle.in_solid(volume, level) for volume in volumes]
-        reached = [oracle.key[level][i] in answer for i, answer in zip(some.tolist(), expected, strict=True)]
-        assert sum(reached) > 33 if sign < 0 else not any(reached)
-        assert asked(filled.target, "volumes", level, volumes) == expected
-        assert in_process(filled, level, volumes, 0) == expected
+    corners = oracle.corners[level][some]
+    volumes = [volume for sign in (-1.0, 1.0) for volume in beside_corners(corners, rng, sign)]
+    expected = [oracle.in_solid(volume, level) for volume in volumes]
+    reached = [oracle.key[level][i] in answer for i, answer in zip([*some, *some], expected, strict=True)]
+    assert sum(reached[:40]) > 33
+    assert not any(reached[40:])
+    assert asked(filled.target, "volumes", level, volumes) == expected
+    assert in_process(filled, level, volumes, 0) == expected

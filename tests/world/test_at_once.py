@@ -19,9 +19,9 @@ from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from relmodel.store.bulk import fetch_columns
-from relmodel.store.check import check
 from tests.poses import pose_of
 from tests.reading import load
+from tests.store.amiss import flaws
 from tests.synthetic_model import SyntheticModel, place_things
 
 WRITERS, READERS, REVISIONS, READS = 2, 3, 3, 6
@@ -87,7 +87,7 @@ def test_readers_see_whole_revisions_while_writers_write(target: str, tmp_path: 
         for world_id in range(1, len(steps) + 1):
             rows = fetch_columns(connection, parts, {"world_id": world_id})
             assert sum(stands(at, rows["path"].tolist(), matrices(rows)) for at in placed) == 1
-        assert not [f.query for f in check(store) if f.rows and f.query.startswith(("check/object_", "check/placed_"))]
+        assert not flaws(store, "object_", "placed_")
     seen = set()
     for found, one_snapshot in answers:
         assert one_snapshot
@@ -121,4 +121,4 @@ def test_one_file_loaded_by_two_is_there_once(target: str, tmp_path: Path) -> No
         count = {t: len(connection.execute(store.table(t).select()).all()) for t in ("shape", "surface", "arc", "part")}
         # the file names no part: each has its object's name
         assert count == {"shape": 1, "surface": 6, "arc": 12, "part": 2}
-        assert not [finding for finding in check(store) if finding.rows]
+        assert not flaws(store, "shape_", "orphans", "loop_", "surface_")

@@ -14,11 +14,12 @@ import yaml
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.store import Store
-from relmodel.store.check import check
 from relmodel.world import place_world
 from relmodel.world.kinematics import correct_base, mounted_rig
 from relmodel.world.placement import WorldReport
+from tests.given import CopyStore, NewStore
 from tests.reading import load
+from tests.store.amiss import flaws
 from tests.world.test_kinematics import MOUNT, RIG, URDF, WORLD_FROM, links_by_hand, transform
 
 Array = npt.NDArray[np.float64]
@@ -78,11 +79,19 @@ PLACED = "SELECT o.path AS name, o.* FROM occurrence AS o JOIN current_world AS 
 MOUNTED = "SELECT m.* FROM placed_mount AS m JOIN current_world AS w ON w.world_id = m.world_id"
 
 
-def test_mounted_objects_go_where_their_links_go(duckdb_file: Path, tmp_path: Path) -> None:
-    with Store.open(duckdb_file) as store:
-        file = cell(tmp_path)
+@pytest.fixture(scope="module")
+def loaded(new_store: NewStore, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A store with both objects, placed nowhere."""
+    target, file = new_store("duckdb"), cell(tmp_path_factory.mktemp("loaded"))
+    with Store.open(target) as store:
         for name in ("crane", "tool"):
-            load(store, tmp_path / f"{name}.urdf", name=name)
+            load(store, file.with_name(f"{name}.urdf"), name=name)
+    return target
+
+
+def test_mounted_objects_go_where_their_links_go(loaded: str, copy_store: CopyStore, tmp_path: Path) -> None:
+    with Store.open(copy_store(loaded)) as store:
+        file = cell(tmp_path)
         for travel, tilt in ((350.0, -0.3), (-200.0, 0.6)):
             assert placed(store, cell(tmp_path, {"tilt": tilt}, travel=travel)).status == "added"
             truth = by_hand(travel, tilt)
@@ -95,7 +104,7 @@ def test_mounted_objects_go_where_their_links_go(duckdb_file: Path, tmp_path: Pa
             box = truth["tool"] @ transform(xyz=(0, 0, 100))
             assert np.abs(occurrences["tool/body/body"] - box[:3]).max() < 1e-9
             assert np.abs(mounted_rig(store, "head").world_from_rig - truth["head"]).max() < 1e-9
-        assert not [row for result in check(store) for row in result.rows]  # of all revisions
+        assert not flaws(store, "world_", "object_", "placed_body")  # of all revisions
         assert placed(store, file).status == "unchanged"
 
         # The tool has no joints: the rig on it moves with those of the crane that carries it, and corrects its base.
@@ -116,11 +125,9 @@ def test_mounted_objects_go_where_their_links_go(duckdb_file: Path, tmp_path: Pa
         assert bad == {"tool"}  # in each revision that has the mount
 
 
-def test_circles_and_second_places_are_refused(duckdb_file: Path, tmp_path: Path) -> None:
+def test_circles_and_second_places_are_refused(loaded: str, copy_store: CopyStore, tmp_path: Path) -> None:
     file = cell(tmp_path)
-    with Store.open(duckdb_file) as store:
-        for name in ("crane", "tool"):
-            load(store, tmp_path / f"{name}.urdf", name=name)
+    with Store.open(copy_store(loaded)) as store:
         said = yaml.safe_load(file.read_text())
         on_tool = {"object": "first", "on": "tool"}
         del said["objects"][2]["world_from_object"]
