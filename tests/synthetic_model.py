@@ -94,7 +94,10 @@ class SyntheticModel:
             b = np.concatenate([boxes["feature"] for boxes in self.elements])
             number = np.tile(np.arange(len(self.elements[0]["feature"])), len(shape_ids))
             named = {"feature_no": number, "name": [f"pocket {i}" for i in number]}
-            named |= {"shape_id": np.repeat(shape_ids, len(b) // len(shape_ids)), "feature_class_id": int(feature_class[0])}
+            named |= {
+                "shape_id": np.repeat(shape_ids, len(b) // len(shape_ids)),
+                "feature_class_id": int(feature_class[0]),
+            }
             put("feature", **named, **matrix_columns(np.broadcast_to(np.eye(4), (len(b), 4, 4))), **boxed(b))
             part_ids = store.new_ids(connection, "part", len(shape_ids))
             names = [f"P{i}" for i in range(len(part_ids))]

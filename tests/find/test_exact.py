@@ -157,7 +157,10 @@ def test_in_the_hole_in_the_material_and_at_faces(plate: Store) -> None:
         (Sphere(*at(20, 10, 10), 2), [1, 0, 0, 0]),
         (Box(*at(-1, 1, -1), *at(1, -1, 1)), [1, 1, 3, 3]),  # a corner, of the body
         (Box(*at(10, 20, 20), *at(20, 10, 20)), [1, 1, 1, 0]),  # lies in the top face
-        (Box(*at(10, 20, 20.05), *at(20, 10, 30)), [0, 0, 0, 0]),  # above it by more than the deviation of the triangles
+        (
+            Box(*at(10, 20, 20.05), *at(20, 10, 30)),
+            [0, 0, 0, 0],
+        ),  # above it, by more than triangles deviate
         (Sphere(*at(60, 30, 20), 0.5), [1, 2, 2, 2]),  # on the rim, where the seam of the wall begins
     ]
     assert counts(plate, [volume for volume, _ in cases], "exact") == [wanted for _, wanted in cases]

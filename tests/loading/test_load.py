@@ -25,6 +25,7 @@ from tests.parts import solids
 from tests.parts.step_parts import compound, write_solids
 from tests.readers.test_exact import faces_of_rare_kinds
 from tests.reading import load, read_here, store_model
+from tests.store.amiss import MODEL, flaws
 
 MODEL_LEVELS = {"object", "part", "surface"}
 BOX = trimesh.creation.box((1, 2, 3)).export(file_type="stl")
@@ -128,7 +129,7 @@ def test_a_step_variant_adds_what_changed(duckdb_file: Path, tmp_path: Path) -> 
         second = load(store, variant, name="plate", variant="B")
         # The bore, and the two planes that it pierces; its two rims and its seam.
         assert (second.shapes_added, second.surfaces_added, second.arcs_added) == (1, 3, 3)
-        assert not [f for f in check(store) if f.rows]
+        assert not flaws(store, *MODEL)
         with store.read() as connection:
             features = connection.execute(store.table("feature").select()).all()
             classes = {r.id: r.kind for r in connection.execute(store.table("feature_class").select())}
@@ -209,4 +210,4 @@ def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(duckdb_fi
             k: v for k, v in counts.items() if k.startswith(("arc", "surface"))
         }
         assert first.surfaces_added > 5
-        assert not [found for found in check(store) if found.rows]
+        assert not flaws(store, *MODEL)

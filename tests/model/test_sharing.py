@@ -88,7 +88,7 @@ def write_flat(path: Path, *shapes: Any) -> Path:
     return write_product(path, compound(*shapes), "flat")
 
 
-@pytest.mark.parametrize(("write", "every"), [(write_flat, 1), (write_solids, 2)])
+@pytest.mark.parametrize(("write", "every"), [(write_flat, 1), (write_solids, 4)])
 def test_copies_are_one_shape_and_mirror_images_and_near_twins_are_not(write: Any, every: int, tmp_path: Path) -> None:
     parts = [handed(), bolt(), bent()]
     motions = random_motions(7, 7)

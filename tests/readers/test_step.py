@@ -13,9 +13,9 @@ from relmodel.errors import InputError
 from relmodel.readers.step import part21
 from relmodel.readers.step.part21 import Instances
 from relmodel.store import Store
-from relmodel.store.check import check
 from tests.parts.step_parts import loaded, write_product
 from tests.reading import load, shared
+from tests.store.amiss import MODEL, flaws
 
 
 @pytest.mark.data
@@ -51,7 +51,7 @@ def test_files_load_and_are_reported(data_dir: Path, duckdb_file: Path) -> None:
             assert (r.faces_loaded, r.parts, r.occurrences) == expected
             text = (data_dir / "step" / name).read_text("latin-1")
             assert len(re.findall(r"=\s*ADVANCED_FACE\s*\(", text)) == r.faces_loaded
-        assert not [finding for finding in check(store) if finding.rows]
+        assert not flaws(store, *MODEL)
 
 
 @pytest.mark.data

@@ -27,10 +27,10 @@ from relmodel.readers.step.part21 import Instances, TypedValue, measure
 from relmodel.readers.step.properties import _PmiReader
 from relmodel.readers.step.step_parameters import Findings
 from relmodel.store import Store
-from relmodel.store.check import check
 from relmodel.world.placement import place_world
 from tests.parts.step_parts import bracket_with_sheet_and_line, compound, loaded, write_product
 from tests.reading import load, read_here, shared, store_model
+from tests.store.amiss import MODEL, flaws
 from vision.scene import read_scene
 
 
@@ -242,7 +242,7 @@ def test_what_is_no_material_is_left_out(tmp_path: Path, duckdb_file: Path) -> N
         assert (report.status, report.parts, report.occurrences) == ("added", 1, 1)
         assert report.findings == (("left_out", 1),)
         place_world(store, tmp_path / "world.yaml")
-        assert not [f for f in check(store) if f.rows]
+        assert not flaws(store, *MODEL)
         with store.read() as connection:
             assert [p.name for p in connection.execute(store.table("part").select())] == ["bracket"]
             assert [s.kind for s in connection.execute(store.table("shape").select())] == ["solid"]

@@ -14,6 +14,9 @@ def amiss(store: Store) -> dict[str, list[dict[str, object]]]:
         return {finding.query: finding.rows for finding in check(store) if finding.rows}
 
 
+MODEL = ("arc_off", "element_outside", "loop_open", "object_", "orphans", "shape_counts", "surface_without")
+
+
 def flaws(store: Store, *queries: str) -> list[dict[str, object]]:
     """Rows that those queries of the check find whose names begin so: the whole takes ten times as long."""
     names = [name for name in sql.query_names("check") if name.removeprefix("check/").startswith(queries)]

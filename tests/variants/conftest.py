@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 
 from relmodel.store import Store
-from tests.reading import load
+from tests.app.cli.conftest import load_bulkhead, loaded
 
-LOADED = "AB"  # of the six of the demonstration: each takes seconds
+__all__ = ["loaded"]  # a fixture
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -31,12 +32,10 @@ class Bulkheads:
 
 
 @pytest.fixture(scope="session")
-def bulkheads(duckdb_template: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bulkheads]:
+def bulkheads(loaded: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bulkheads]:
     file = tmp_path_factory.mktemp("bulkheads") / "s.duckdb"
-    shutil.copy(duckdb_template, file)
-    with Store.open(file) as store:
-        for variant in LOADED:
-            load(store, step_file(variant), name="bulkhead", variant=variant)
+    shutil.copy(loaded, file)
+    load_bulkhead(file, "B")
     shutil.copy(file, file.with_name("copy.duckdb"))
     with Store.open(file) as store:
         yield Bulkheads(store, file.with_name("copy.duckdb"))

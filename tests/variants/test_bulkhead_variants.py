@@ -9,6 +9,7 @@ import gzip
 import json
 from collections import Counter
 from collections.abc import Iterable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -29,13 +30,19 @@ def golden(name: str) -> Any:
     return json.loads((EXAMPLES / f"bulkhead/golden/{name}.json").read_text())
 
 
+@cache
+def table(variant: str) -> Any:
+    """What the design of a variant has."""
+    return [json.loads(json.dumps(f.row())) for f in all_features(VARIANTS[variant]())]
+
+
 @pytest.mark.parametrize("variant", sorted(BASES))
 def test_the_history_is_that_of_the_design(variant: str) -> None:
     """The committed table and history are what the design says; the STEP file has as many faces as the table."""
     base = BASES[variant]
-    tables = {v: [json.loads(json.dumps(f.row())) for f in all_features(VARIANTS[v]())] for v in (base, variant)}
-    assert tables[variant] == golden(f"bulkhead_{variant}")["features"]
-    history = json.loads(json.dumps(changes(tables[base], tables[variant])))
+    before, after = table(base), table(variant)
+    assert after == golden(f"bulkhead_{variant}")["features"]
+    history = json.loads(json.dumps(changes(before, after)))
     assert history == golden(f"changes_{base}_to_{variant}")
     faces = sum(p["faces"] for p in golden(f"bulkhead_{variant}")["parts"].values())
     assert gzip.decompress(step_file(variant).read_bytes()).count(b"ADVANCED_FACE(") == faces

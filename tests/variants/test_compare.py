@@ -11,11 +11,11 @@ import pytest
 
 from relmodel.errors import UsageError
 from relmodel.store import Store
-from relmodel.store.check import check
 from relmodel.variants.compare import compare
 from tests.parts.solids import Part, cylinder, prism
 from tests.parts.step_parts import write_solids
 from tests.reading import load
+from tests.store.amiss import MODEL, flaws
 from tests.variants.composed import differences
 
 Point = tuple[float, float]
@@ -60,7 +60,7 @@ def test_known_changes_are_told_apart(fresh_store: str, tmp_path: Path) -> None:
         assert [holes["removed"][c] for c in "xyz"] == pytest.approx([50, 20, 5])
         assert [holes["added"][c] for c in "xyz"] == pytest.approx([80, 40, 5])
         assert [r["status"] for r in rows if r["level"] == "part"] == ["changed"]
-        assert not [f for f in check(store) if f.rows]
+        assert not flaws(store, *MODEL)
         with pytest.raises(UsageError, match="name one of its variants: A, B"):
             compare(store, ("plate", "A"), ("plate", "C"))
 
