@@ -49,7 +49,7 @@ def test_the_page_calibrates_a_rig_within_its_sigmas(tmp_path: Path, monkeypatch
     }
     place = perturb(np.eye(4), np.array([110.0, 2, 5, 0.01, -0.18, 0.004]))
     rig = Rig(cameras, {"left": np.eye(4), "right": place})
-    draw_boards(rig, tmp_path, 10)
+    draw_boards(rig, tmp_path, 7)
     monkeypatch.chdir(tmp_path)
     (code,) = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.MULTILINE | re.DOTALL)
     assert sum(1 for line in code.splitlines() if line) < 24

@@ -12,6 +12,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from tests.vision.localisation.scenes import above, blocks, box_scene, stereo_rig
 from tests.vision.localisation.simulation import scattered_edges
 from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
+from vision.localisation import hypotheses
 from vision.localisation.hypotheses import (
     EdgePoints,
     Evidence,
@@ -188,7 +189,8 @@ def test_a_climb_ends_where_no_step_leads_higher() -> None:
                 assert interpolated(p, fields, delta + sign * axis, information) <= reached + 1e-6
 
 
-def test_candidates_are_climbed_to_and_come_best_first() -> None:
+def test_candidates_are_climbed_to_and_come_best_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hypotheses, "SCAN_KEPT", 30)
     scene, rig, truth = blocks(5), stereo_rig(), above(10, -20, 560)
     edges = {}
     for number, (name, camera) in enumerate(rig.cameras.items()):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.vision.localisation.scenes import above, blocks, off, stereo_rig
+from tests.vision.localisation.scenes import above, blocks, off, stereo_rig, thinned
 from tests.vision.localisation.simulation import Errors, draw_edges
 from vision.cameras.cameras import Prior, Rig
 from vision.extraction.rows import Primitives
@@ -25,7 +25,7 @@ def cut(rig: Rig, scale: float, middle: tuple[float, float]) -> Rig:
     return Rig({"left": replace(camera, matrix=matrix)}, {"left": np.eye(4)})
 
 
-SCENE, RIG, TRUTH = blocks(5), stereo_rig().only("left"), above(10, -20, 560)
+SCENE, RIG, TRUTH = thinned(blocks(5), 3), stereo_rig().only("left"), above(10, -20, 560)
 
 
 def drawn(rig: Rig) -> EdgePoints:

@@ -13,7 +13,7 @@ from scipy.stats import chi2, norm
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
 from tests.vision.localisation import simulation
-from tests.vision.localisation.scenes import above, blocks, off, stereo_rig
+from tests.vision.localisation.scenes import above, blocks, off, stereo_rig, thinned
 from tests.vision.localisation.simulation import Errors, draw_edges
 from vision.cameras.cameras import CalibrationSigma, Rig, Standpoint, perturb, perturbation
 from vision.localisation.hypotheses import EdgePoints
@@ -22,9 +22,7 @@ from vision.localisation.refine import Fit
 from vision.localisation.verdict import compare_standpoints, compute_precision
 
 SIGMA = np.repeat([1.0, np.radians(0.1)], 3)
-SCENE = blocks(5)
-SOME = np.arange(0, len(SCENE.sample_arc), 6)  # 12 mm apart: enough to fit by
-SCENE = SCENE.select(SOME, 6 * SCENE.sample_length[SOME], SCENE.curved_triangles)
+SCENE = thinned(blocks(5), 6)
 TILTS = np.radians([[0, 0, 0], [25, 0, 0], [-14, 22, 5], [0, -25, 10]])
 
 

@@ -162,7 +162,7 @@ def test_outlines_are_compared_square_by_square() -> None:
     length, contrast = expected(model, grid.seen)
     assert (found.length_px[0], found.contrast[0]) == pytest.approx((length, contrast), rel=0.03)
     assert found.evidence == pytest.approx(found.length_px[0] * found.contrast[0] / 120)
-    shifts = np.array([[[0.0, 0]], [[12.4, -7.6]], [[-31, 4]]])
+    shifts = np.array([[[12.4, -7.6]], [[-31.0, 4]]])
     laid = [expected(np.roll(model, (round(dy / 3), round(dx / 3)), axis=(0, 1)), grid.seen) for dx, dy in shifts[:, 0]]
     odds = measure_shifted_outlines(plate, rig, [grid], pose, shifts)
     np.testing.assert_allclose(odds, [length * contrast / 120 for length, contrast in laid], rtol=0.05)
