@@ -200,12 +200,13 @@ def test_a_refusal_names_its_likeliest_cause(duckdb_of_runs: Store) -> None:
         words = {"sentence_no": [0], "kind": "rig", "sentence": "the focal length is 4.8 % greater"}
         run.append(connection, "inspection_sentence", {"run_id": int(calibrated), **words})
     with duckdb_of_runs.read() as connection:
-        for number, (failed, _, cause) in zip(runs.tolist(), CAUSES, strict=True):
-            found = read_outcome(duckdb_of_runs, connection, number)
-            assert found.cause == cause, failed
-            assert ("the focal length is 4.8 % greater" in found.refusal[0]) == ("calibration" in failed)
-            assert found.refusal[0].startswith("likely cause: ")
-            assert found.refusal[1].startswith("next: ")
+        asked = sa.text("SELECT cause, likely_cause, advice FROM why_verdict_cause WHERE run_id >= 1000 ORDER BY run_id")
+        for row, (failed, _, cause) in zip(connection.execute(asked), CAUSES, strict=True):
+            assert row.cause == cause, failed
+            assert ("the focal length is 4.8 % greater" in row.likely_cause) == ("calibration" in failed)
+        found = read_outcome(duckdb_of_runs, connection, int(runs[-1]))
+        assert found.cause == row.cause
+        assert found.refusal == [f"likely cause: {row.likely_cause}", f"next: {row.advice}"]
 
 
 def test_why_a_pose_is_a_rival_or_none(store_of_runs: Store) -> None:
