@@ -93,17 +93,18 @@ class SyntheticModel:
                 _append_listed(store, connection, shape_ids, level, tag, np.stack([b[level] for b in self.elements]))
             b = np.concatenate([boxes["feature"] for boxes in self.elements])
             number = np.tile(np.arange(len(self.elements[0]["feature"])), len(shape_ids))
-            named = {"feature_no": number, "name": [f"pocket {i}" for i in number]}
-            named |= {
-                "shape_id": np.repeat(shape_ids, len(b) // len(shape_ids)),
-                "feature_class_id": int(feature_class[0]),
-            }
+            named: dict[str, Any] = {"feature_no": number, "name": [f"pocket {i}" for i in number]}
+            named["shape_id"] = np.repeat(shape_ids, len(b) // len(shape_ids))
+            named["feature_class_id"] = int(feature_class[0])
             put("feature", **named, **matrix_columns(np.broadcast_to(np.eye(4), (len(b), 4, 4))), **boxed(b))
             part_ids = store.new_ids(connection, "part", len(shape_ids))
             names = [f"P{i}" for i in range(len(part_ids))]
             keys = [f"{tag}/part {i}" for i in range(len(part_ids))]
             put("part", id=part_ids, content_key=keys, number=names, name=names, shape_id=shape_ids)
-            nodes = self._nodes()
+            nodes = [self.root]  # every assembly once
+            for node in nodes:
+                children = {id(child): child for _, _, child in node.children if isinstance(child, Node)}
+                nodes += [child for key, child in children.items() if key not in map(id, nodes)]
             ids = dict(zip(map(id, nodes), store.new_ids(connection, "object", len(nodes)).tolist(), strict=True))
             object_id, names = ids[id(self.root)], [node.name for node in nodes]
             keys = [f"{tag}/{name}" for name in names]
@@ -129,15 +130,6 @@ class SyntheticModel:
             put("object_variant", id=variant_id, object_id=[object_id], source_id=source_id, **given)
             append_expansion(store, connection, object_id)
 
-    def _nodes(self) -> list[Node]:
-        """Every assembly once."""
-        found, todo = dict[int, Node](), [self.root]
-        while todo:
-            node = todo.pop()
-            found[id(node)] = node
-            todo += [child for _, _, child in node.children if isinstance(child, Node)]
-        return list(found.values())
-
     def placed(self, name: str, world_from_object: npt.NDArray[np.float64]) -> list[Placed]:
         """All parts of the object placed under `name`, walked with NumPy: the oracle of the expansion."""
         out: list[Placed] = []
@@ -162,12 +154,7 @@ def boxed(boxes: npt.NDArray[np.float64]) -> dict[str, npt.NDArray[np.float64]]:
 
 
 def _append_listed(
-    store: Store,
-    connection: sa.Connection,
-    shape_ids: npt.NDArray[np.int64],
-    level: str,
-    tag: str,
-    boxes: npt.NDArray[np.float64],
+    store: Store, connection: sa.Connection, shape_ids: Any, level: str, tag: str, boxes: npt.NDArray[np.float64]
 ) -> None:
     """Surfaces or arcs (shapes, n, 6) of shapes, of which only the boxes matter."""
     shapes, count = boxes.shape[:2]

@@ -44,20 +44,8 @@ def met_by_kernel(
     table, number = VolumeTable.of(volumes), np.arange(len(volumes))
     inner = np.array([v.inner_point for v in volumes])
     first, solid = np.arange(len(triangles) + 1), np.zeros(len(triangles), bool)
-    found = meet_volumes(
-        table.half_spaces,
-        table.start,
-        table.balls,
-        inner,
-        number,
-        transforms,
-        number,
-        triangles,
-        first,
-        solid,
-        np.zeros(len(triangles)),
-        wholly,
-    )
+    placed = table.half_spaces, table.start, table.balls, inner, number, transforms, number, triangles
+    found = meet_volumes(*placed, first, solid, np.zeros(len(triangles)), wholly)
     return np.asarray(found)
 
 
@@ -83,13 +71,9 @@ def test_triangles_against_linear_programs() -> None:
     for volume, corner, met in zip(volumes, corners, found.tolist(), strict=True):
         n, d = volume.half_spaces[:, :3], volume.half_spaces[:, 3]
         # The least slack that all half-spaces need: at or below zero where the triangle meets the volume.
+        bounds = [(0, 1)] * 3 + [(None, None)]
         solved = linprog(
-            [0, 0, 0, 1],
-            np.column_stack([n @ corner.T, -np.ones(len(n))]),
-            d,
-            [[1, 1, 1, 0]],
-            [1],
-            bounds=[(0, 1)] * 3 + [(None, None)],
+            [0, 0, 0, 1], np.column_stack([n @ corner.T, -np.ones(len(n))]), d, [[1, 1, 1, 0]], [1], bounds
         )
         slack = float(np.asarray(solved.x)[3])
         assert abs(slack) < 1e-5 or met == (slack < 0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,13 +21,13 @@ CHECKS = ("check/matching_cost", "check/matching_bound")
 
 
 @pytest.fixture
-def store(fresh_store: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
+def store(duckdb_file: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
     """Problems proved at once (0), by striking states and branching (1), cut short (2), and small ones."""
     monkeypatch.setattr(branch_and_bound, "_ANNEALING", ())  # which would leave nothing to branch on
     rng = np.random.default_rng(3)
     problems = [(scene("gated", 30, 0).problem, 10_000), (scene("hard", 48, 4).problem, 10_000)]
     problems += [(scene("hard", 48, 4).problem, 1)] + [(random_problem(rng), 10_000) for _ in range(12)]
-    with Store.open(fresh_store) as store, Run.begin(store, "inspect", {}) as run:
+    with Store.open(duckdb_file) as store, Run.begin(store, "inspect", {}) as run:
         with run.write() as connection:
             add_unit_set(run, connection, 1)
             for number, (problem, nodes) in enumerate(problems):

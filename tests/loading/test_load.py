@@ -47,9 +47,9 @@ def row_counts(store: Store) -> dict[str, int]:
         return {name: int(count) for name, count in connection.execute(sa.union_all(*counts))}
 
 
-def test_a_second_load_adds_nothing_and_a_variant_what_changed(fresh_store: str, tmp_path: Path) -> None:
+def test_a_second_load_adds_nothing_and_a_variant_what_changed(duckdb_file: Path, tmp_path: Path) -> None:
     low, high = write_box(tmp_path / "box.stl", 10), write_box(tmp_path / "high" / "box.stl", 11)
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         first = load(store, low, name="box", variant="A", unit="mm")
         assert (first.status, first.revision) == ("added", 1)
         assert str(first) == (

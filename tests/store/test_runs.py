@@ -174,15 +174,11 @@ def test_log_cut_short_is_noticed(duckdb_file: Path, tmp_path: Path) -> None:
         assert amiss(store) == {}
 
 
-def test_journal_passes_over_lines_cut_short_and_forgets_a_store_that_went(duckdb_file: Path) -> None:
-    target = duckdb_file
-    with Store.open(target) as store:
+def test_journal_passes_over_lines_cut_short(duckdb_file: Path) -> None:
+    with Store.open(duckdb_file) as store:
         with Run.begin(store, "extract", {}) as run:
             write_images(store, run, 2)
         file = side_files.journal_file(store)
         assert file is not None
         file.write_text(file.read_text() + "run_event 1")
         assert [c.relation for c in side_files.recorded(store)] == ["run_event", "ledger", "run_event"]
-    target.unlink()
-    with Store.create(target) as store:
-        assert amiss(store) == {}

@@ -13,12 +13,7 @@ from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig, thinned
 from tests.vision.localisation.simulation import Errors, draw_edges, fit_of, shift_bodies
 from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb, perturbation
-from vision.localisation.hypotheses import (
-    EdgePoints,
-    flow_in_camera,
-    predict,
-    project_with_jacobians,
-)
+from vision.localisation.hypotheses import EdgePoints, flow_in_camera, predict, project_with_jacobians
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import NO_PARTNER_ODDS, PARTNER_ODDS
 from vision.localisation.measurements import EdgeIndex, hold_shifts, measure, share_left
@@ -34,7 +29,6 @@ from vision.localisation.refine import (
 from vision.localisation.verdict import Chance, Elsewhere, compute_precision, decide
 from vision.localisation.views import collect_edge_measurements, find_view_arcs, propagate_pose
 from vision.localisation.visibility import find_visible_arcs
-
 
 FEW = thinned(blocks(5), 3)
 
