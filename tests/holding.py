@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 _CODE = """
-import sys, duckdb
+import sys, _duckdb as duckdb
 held = duckdb.connect(sys.argv[1], read_only=sys.argv[2] == "True")
 print("held", flush=True)
 for asked in sys.stdin:

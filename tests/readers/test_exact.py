@@ -80,8 +80,8 @@ from tests.reading import read_here
 Array = npt.NDArray[np.float64]
 
 SHARES = np.array([0.0, 0.37, 0.71, 1.0])
-# Of three kernels, with each kind of surface, arc and curve in a domain that files have.
-FILES = ("dm1-oc-214.stp", "M6-1x12-countersunk-screw.step", "screw.step")
+# Of two kernels, with each kind of surface, arc and curve in a domain that files have.
+FILES = ("M6-1x12-countersunk-screw.step", "screw.step")
 
 
 @pytest.mark.data
