@@ -103,25 +103,24 @@ class SyntheticModel:
             put("part", id=part_ids, content_key=keys, number=names, name=names, shape_id=shape_ids)
             nodes = [self.root]  # every assembly once
             for node in nodes:
-                children = {id(child): child for _, _, child in node.children if isinstance(child, Node)}
-                nodes += [child for key, child in children.items() if key not in map(id, nodes)]
+                within = {id(it): it for _, _, it in node.children if isinstance(it, Node)}
+                nodes += [it for key, it in within.items() if key not in map(id, nodes)]
             ids = dict(zip(map(id, nodes), store.new_ids(connection, "object", len(nodes)).tolist(), strict=True))
             object_id, names = ids[id(self.root)], [node.name for node in nodes]
             keys = [f"{tag}/{name}" for name in names]
             put("object", id=[*ids.values()], content_key=keys, name=names, kind="assembly")
-            for table, parent in (("object_object", "parent_id"), ("object_part", "object_id")):
-                is_object = table == "object_object"
+            tables = ("object_object", "parent_id", "child_id"), ("object_part", "object_id", "part_id")
+            for table, parent, child in tables:
                 rows = [
-                    (ids[id(node)], number, name, pose, ids[id(child)] if is_object else int(part_ids[child]))
-                    for node in nodes
-                    for number, (name, pose, child) in enumerate(node.children)
-                    if isinstance(child, Node) == is_object
+                    (ids[id(n)], i, of, pose, ids[id(it)] if isinstance(it, Node) else int(part_ids[it]))
+                    for n in nodes
+                    for i, (of, pose, it) in enumerate(n.children)
+                    if isinstance(it, Node) == (table == "object_object")
                 ]
-                if not rows:
-                    continue
-                parents, numbers, names, poses, children = map(list, zip(*rows, strict=True))
-                columns = {parent: parents, "child_id" if is_object else "part_id": children}
-                put(table, **columns, child_no=numbers, name=names, **matrix_columns(np.stack(poses)))
+                if rows:
+                    parents, numbers, called, poses, held = map(list, zip(*rows, strict=True))
+                    columns = {parent: parents, child: held, "child_no": numbers, "name": called}
+                    put(table, **columns, **matrix_columns(np.stack(poses)))
             source_id = store.new_ids(connection, "source", 1)
             file = {"file_name": [f"{name}.step"], "sha256": [tag], "format": ["step"], "loader_version": ["1"]}
             put("source", id=source_id, unit=["mm"], unit_mm=[1.0], **file)

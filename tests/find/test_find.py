@@ -265,5 +265,7 @@ def test_worlds_by_name(filled: Filled, copy_store: CopyStore, tmp_path: Path) -
             in_volume(store, everything, world="third")
         with pytest.raises(UsageError, match="no level 'edge'"):
             in_volume(store, everything, level="edge", world="cell")
+        with pytest.raises(UsageError, match="no precision 'fine'"):
+            in_volume(store, everything, world="cell", precision="fine")
         both = {w: len(in_volume(store, everything, world=w)["path"]) for w in ("cell", "other")}
         assert both["cell"] == 2 * both["other"] > 0  # the newest revision only

@@ -44,9 +44,8 @@ def killed(child: BaseProcess, seconds: float) -> None:
 
 
 def test_a_killed_init_leaves_no_store_or_a_whole_one(tmp_path: Path) -> None:
-    """Where another store of the name has left its journal, which is forgotten."""
     target = tmp_path / "cell.duckdb"
-    Path(f"{target}.journal").write_text("run_event 1 0\nledger 1 0\n")
+    Path(f"{target}.journal").write_text("run_event 1 0\nledger 1 0\n")  # of a store that went
     killed(begun(make, str(target)), 0.3)
     if target.exists():
         assert not Path(f"{target}.wal").exists()
