@@ -19,7 +19,6 @@ import pytest
 import sqlalchemy as sa
 import yaml
 from PIL import Image
-from psycopg.types.json import JsonDumper
 
 import vision.inspection
 from relmodel.app.cli.main import main
@@ -361,19 +360,26 @@ def both_variants(inspection: Inspection, make_once: MakeOnce) -> str:
 
 
 def copy_rows(store: str, target: str) -> None:
-    """All rows of a DuckDB store to one of PostgreSQL, but what says which store it is: to be read."""
+    """All rows of a DuckDB store to one of PostgreSQL, but what says which store it is: to be read.  As CSV, in which
+    each spells lists and bytes in its own way."""
     url = sa.make_url(target).set(drivername="postgresql").render_as_string(hide_password=False)
+    file = Path(store).with_suffix(".csv")
+
+    def spelled(column: str, kind: str) -> str:
+        if kind.endswith("[]"):
+            return f"translate(to_json({column})::TEXT, '[]', '{{}}')"
+        return rf"'\x' || hex({column})" if kind == "BLOB" else column
+
     with Store.open(store, read_only=True) as read, read.read() as rows, psycopg.connect(url) as written:
         written.execute("SET session_replication_role = replica")  # foreign keys hold where rows come from
-        written.adapters.register_dumper(dict, JsonDumper)
-        tables = "SELECT table_name FROM duckdb_tables() WHERE table_name NOT IN ('store', 'alembic_version')"
-        names = rows.execute(sa.text(tables)).scalars().all()
-        written.execute(f"TRUNCATE {', '.join(names)}")
-        for name in names:
-            found = rows.execute(sa.text(f"SELECT * FROM {name}"))  # noqa: S608
-            with written.cursor().copy(f"COPY {name} ({', '.join(found.keys())}) FROM STDIN") as copy:
-                for row in found:
-                    copy.write_row(row)
+        tables = read.rows(rows, "store/columns.duckdb")
+        given = [row for row in tables if row.relation not in ("store", "alembic_version")]
+        written.execute(f"TRUNCATE {', '.join(row.relation for row in given)}")
+        for name, columns, kinds in given:
+            selected = ", ".join(map(spelled, columns, kinds))
+            rows.exec_driver_sql(f"COPY (SELECT {selected} FROM {name}) TO '{file}' (HEADER false)")  # noqa: S608
+            with written.cursor().copy(f"COPY {name} ({', '.join(columns)}) FROM STDIN (FORMAT csv)") as copy:
+                copy.write(file.read_bytes())
 
 
 @pytest.fixture(scope="session")

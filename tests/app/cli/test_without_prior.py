@@ -163,7 +163,6 @@ def test_a_box_is_found_by_its_edges_and_its_symmetry_is_said(
     assert sorted(np.argmin(apart, axis=1).tolist()) == [0, 1, 2, 3]
     assert np.min(apart, axis=1).max() < 2.0
     assert asked(store, "SELECT count(*) FROM solved_pose WHERE kind = 'equivalent'") == [(3,)]
-    assert main(["check", "--store", store]) == 0, capsys.readouterr().out
     assert main(["why", str(answer["run"]), "--verdict", "--store", store]) == 0
     said = capsys.readouterr().out
     assert "straight edges or circles in the pictures lie to each other as the model's do" in said
