@@ -334,17 +334,6 @@ def other_variant(loaded: Path, other_pair: Pair, make_once: MakeOnce) -> Inspec
     return inspect_once(make_once, "other_variant", begin, *other_pair.options(world="demo_cell_B", **drawn))
 
 
-@pytest.fixture(scope="session")
-def dark(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspection:
-    """A copy of that store, in which a lens cap was inspected: refused."""
-
-    def begin(folder: Path) -> str:
-        Image.new("L", (640, 480), 7).save(folder / "dark.png")
-        return copied(inspection.store)(folder)
-
-    return inspect_once(make_once, "dark", begin, *pair.options(left="FOLDER/dark.png", right=None))
-
-
 def load_other(target: str) -> str:
     """Load variant B beside A and compare them."""
     load_bulkhead(target, "B")

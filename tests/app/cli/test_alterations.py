@@ -133,7 +133,7 @@ def counts(target: str) -> dict[str, int]:
     with Store.open(target, read_only=True) as store, store.read() as connection:
         names = [r.relation for r in store.rows(connection, "store/relations") if r.standing != "view"]
         each = (sa.select(sa.literal(name), sa.func.count()).select_from(store.table(name)) for name in names)
-        return {name: count for name, count in connection.execute(sa.union_all(*each))}
+        return dict(map(tuple, connection.execute(sa.union_all(*each))))
 
 
 def printed(capsys: Capsys, *words: str) -> dict[str, int]:

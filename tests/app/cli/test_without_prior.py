@@ -40,6 +40,8 @@ def test_the_joints_of_what_carries_the_rig_are_a_prior_and_the_scan_needs_no_ci
     assert "0.001 mm" in missing
     assert answer["weakest"] in missing
     assert answer["posterior"] > 0.98
+    corrected = "SELECT run_id FROM base_correction UNION ALL SELECT run_id FROM joint_correction"
+    assert answer["base_corrections"] == asked(store, corrected) == []  # by a pose that is not accepted
     assert answer["outcome"]["refusal"][1].startswith("next: ask for less with --needs")
     assert off_truth(answer).target_mm < 1
     assert any("where slider has it" in note for note in answer["notes"])
