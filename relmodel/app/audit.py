@@ -340,7 +340,7 @@ def _doomed(store: Store, connection: Connection, what: str) -> list[tuple[str, 
     return [(table, f"{key_of[table]}_id", f"asked_{key_of[table]}") for table in reversed(store.parents_first(key_of))]
 
 
-def _count(store: Store, table: str, column: str, keys: str) -> sa.Select[Any]:
+def _count(store: Store, table: str, column: str, keys: str) -> sa.Select[str, int]:
     """The table, and how many rows of it would go."""
     own = store.table(table)
     asked = sa.select(sa.table(keys, sa.column(column)).c[column])

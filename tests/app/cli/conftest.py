@@ -364,10 +364,10 @@ def copy_rows(store: str, target: str) -> None:
         tables = read.rows(rows, "store/columns.duckdb")
         given = [row for row in tables if row.relation not in ("store", "alembic_version")]
         written.execute(f"TRUNCATE {', '.join(row.relation for row in given)}")
-        for name, columns, kinds in given:
-            selected = ", ".join(map(spelled, columns, kinds))
-            rows.exec_driver_sql(f"COPY (SELECT {selected} FROM {name}) TO '{file}' (HEADER false)")  # noqa: S608
-            with written.cursor().copy(f"COPY {name} ({', '.join(columns)}) FROM STDIN (FORMAT csv)") as copy:
+        for row in given:
+            selected = ", ".join(map(spelled, row.names, row.types))
+            rows.exec_driver_sql(f"COPY (SELECT {selected} FROM {row.relation}) TO '{file}' (HEADER false)")  # noqa: S608
+            with written.cursor().copy(f"COPY {row.relation} ({', '.join(row.names)}) FROM STDIN (FORMAT csv)") as copy:
                 copy.write(file.read_bytes())
 
 
