@@ -44,9 +44,10 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 # The demonstration by the program that an installer makes, by the queries and the migrations that the wheel brings.
 RUN = """
-import os, relmodel, vision
+import os, relmodel.app.session, vision
 from importlib.metadata import entry_points
 from relmodel.compiled import cache_key
+relmodel.app.session.compile_behind = lambda say: None  # in a process of its own: all is compiled
 (program,) = entry_points(group="console_scripts", name="relmodel")
 main = program.load()
 ended = [main(["demo"])]

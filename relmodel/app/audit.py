@@ -273,12 +273,14 @@ def plan_pruning(store: Store, p: Pruning) -> tuple[list[int], dict[str, int]]:
     """The runs and how many rows of which tables would go.  Raises UsageError where nothing says which runs."""
     with store.write() as connection:  # writes temporary tables only
         runs = _select(store, connection, p)
+        if not runs:
+            return [], {}
         with _asked(store, connection, runs):
-            rows = {
-                table: _count(store, connection, table, column, keys)
-                for table, column, keys in _doomed(store, connection, p.what)
-            }
-    return runs, {table: count for table, count in rows.items() if count}
+            doomed = _doomed(store, connection, p.what)
+            # In one statement: each takes longer to ask than to run.
+            counts = connection.execute(sa.union_all(*(_count(store, *one) for one in doomed))).all()
+    rows = {table: count for table, count in counts if count}
+    return runs, {table: rows[table] for table, *_ in doomed if table in rows}
 
 
 def prune(store: Store, p: Pruning) -> tuple[int, list[int], dict[str, int]]:
@@ -338,8 +340,9 @@ def _doomed(store: Store, connection: Connection, what: str) -> list[tuple[str, 
     return [(table, f"{key_of[table]}_id", f"asked_{key_of[table]}") for table in reversed(store.parents_first(key_of))]
 
 
-def _count(store: Store, connection: Connection, table: str, column: str, keys: str) -> int:
+def _count(store: Store, table: str, column: str, keys: str) -> sa.Select[str, int]:
+    """The table, and how many rows of it would go."""
     own = store.table(table)
     asked = sa.select(sa.table(keys, sa.column(column)).c[column])
     key = own.c[column if column in own.c else "id"]
-    return int(connection.scalar(sa.select(sa.func.count()).select_from(own).where(key.in_(asked))) or 0)
+    return sa.select(sa.literal(table), sa.func.count()).select_from(own).where(key.in_(asked))

@@ -35,7 +35,8 @@ class PicturedInspection(Inspection):
         with opened as store, store.read() as connection:
             kept = read_seen(store, connection, self.run)
             greys = {it.row.camera: np.asarray(it.image.convert("L")) for it in kept if it.image is not None}
-            drawn = Image.fromarray(side_by_side(list(draw_over(store, connection, self.run, greys).values())))
+            edges = {it.row.camera: it.edges for it in kept}
+            drawn = Image.fromarray(side_by_side(list(draw_over(store, connection, self.run, greys, edges).values())))
         drawn.thumbnail((_WIDTH, drawn.height))
         out = io.BytesIO()
         drawn.save(out, "PNG")

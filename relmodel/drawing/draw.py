@@ -412,14 +412,20 @@ def draw_model(canvas: Bytes, edges: Sequence[Edge], boxes: Sequence[Floats] = (
     return draw(canvas, [Stroke(blends, BLEND), *by_state, Stroke(boxes, UNEXPLAINED, closed=True)])
 
 
-def draw_over(store: Store, connection: Connection, run: int, greys: Mapping[str, Bytes | Floats]) -> dict[str, Bytes]:
+def draw_over(
+    store: Store,
+    connection: Connection,
+    run: int,
+    greys: Mapping[str, Bytes | Floats],
+    edges: Mapping[str, list[Edge]] | None = None,
+) -> dict[str, Bytes]:
     """The pictures of an inspection, given by camera in 0..255, with the model drawn over them and what it does not
-    account for (rows, columns, 3: RGB); arcs beyond the model are left out."""
+    account for (rows, columns, 3: RGB); arcs beyond the model are left out.  edges: of `read_edges`, where known."""
     boxes: dict[str, list[Floats]] = defaultdict(list)
     for r in store.rows(connection, "result/unexplained", run_id=run):
         if not r.beyond or r.region_no is not None:
             boxes[r.camera].append(np.array([[r.u0, r.v0], [r.u1, r.v0], [r.u1, r.v1], [r.u0, r.v1]], float))
-    edges = read_edges(store, connection, run)
+    edges = read_edges(store, connection, run) if edges is None else edges
     return {name: draw_model(in_colour(grey), edges.get(name, []), boxes[name]) for name, grey in greys.items()}
 
 
@@ -442,8 +448,9 @@ def failing(items: Iterable[Any]) -> list[Any]:
 def write_crops(folder: str | Path, store: Store, run: int, greys: Mapping[str, Bytes | Floats]) -> None:
     """Write pictures of the failures, the worst first, at most 50: what each camera shows, then with the model."""
     with store.read() as connection:
-        edges, drawn = read_edges(store, connection, run), draw_over(store, connection, run, greys)
         items = store.rows(connection, "report/items", run_id=run)
+        edges = read_edges(store, connection, run, items)
+        drawn = draw_over(store, connection, run, greys, edges)
     failures = [item for item in failing(items) if item.drawn == item.state]  # by more than its features
     for place, row in enumerate(failures[:_MOST_CROPS], 1):
         pieces: list[Bytes] = []

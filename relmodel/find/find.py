@@ -145,14 +145,9 @@ def nearest_parts(
             body, solid = apply(matrices(part)[0], mesh.triangles), bool(mesh.solid[0])
         else:
             body, solid = _swept(path, tool), True
-        (box,) = boxes_of(store.columns(connection, "find/world_box", world=name))
     bounds = np.concatenate([body.min(axis=(0, 1)), body.max(axis=(0, 1))])
-    # How far away the world is at least, along an axis, and how far all of it; its box is NaN where it has no part.
-    nearest = np.nan_to_num([box[:3] - bounds[3:], bounds[:3] - box[3:]]).max()
-    farthest = np.nan_to_num([bounds[:3] - box[:3], box[3:] - bounds[3:]]).max()
-    reach = max(64.0, 2 * float(nearest))
+    reach, farthest = 64.0, np.inf
     while True:
-        is_all = reach >= farthest
         grown = bounds + np.repeat([-1.0, 1.0], 3) * (radius + reach)
         found = in_volume(store, Box(*grown), level=level, world=world)
         found = _chosen(found, found["occurrence_id"] != itself)
@@ -162,10 +157,16 @@ def nearest_parts(
         away = distances(np.ascontiguousarray(body), solid, matrices(found), *given) - radius
         found["distance_mm"] = np.maximum(away, 0.0)
         order = np.lexsort((found["element_no"], found["occurrence_id"], found["distance_mm"]))
-        order = order[is_all | (found["distance_mm"][order] <= reach)][:count]
-        if len(order) == count or is_all:
+        order = order[(reach >= farthest) | (found["distance_mm"][order] <= reach)][:count]
+        if len(order) == count or reach >= farthest:
             return {name: values[order] for name, values in found.items()}
-        reach *= 4
+        if farthest == np.inf:
+            with store.read() as connection:
+                (box,) = boxes_of(store.columns(connection, "find/world_box", world=name))
+            # How far away the world is at least, along an axis, and how far all of it; no box where it has no part.
+            reach = max(reach, float(np.nan_to_num([box[:3] - bounds[3:], bounds[:3] - box[3:]]).max()))
+            farthest = float(np.nan_to_num([bounds[:3] - box[:3], box[3:] - bounds[3:]]).max())
+        reach = min(4 * reach, farthest)
 
 
 def _swept(path: npt.ArrayLike, tool: npt.ArrayLike) -> Floats:

@@ -139,8 +139,9 @@ def measure_mosaic(grey: Floats) -> float:
 
 
 def measure_quality(run: int, store: Database, rig: Rig, seen: Mapping[str, SeenPicture]) -> dict[str, Quality]:
-    """What the pictures of a run are like, by camera of the rig."""
+    """What the pictures of a run are like, by camera of the rig.  The store is let go of."""
     stale = _find_stale(run, store, rig, {name: it.picture for name, it in seen.items()})
+    store.release()
     return {name: describe(it.picture.grey, it.primitives, stale.get(name)) for name, it in seen.items()}
 
 
@@ -162,7 +163,7 @@ def _find_stale(run: int, store: Database, rig: Rig, pictures: Mapping[str, Pict
         for name, beside in pairs
         if pictures[name].sha256 == pictures[beside].sha256 and not np.array_equal(place[name], place[beside])
     }
-    if stale or rig.moved is not None:  # of standpoints some may be left out, or others be beside them
+    if stale or not pairs or rig.moved is not None:  # of standpoints some may be left out, or others be beside them
         return stale
     with store.read() as connection:
         for name, beside in pairs:
@@ -251,7 +252,7 @@ def extract_pictures(
     run: Run, pictures: dict[str, Picture], parameters: ExtractionParameters, *, keep_images: bool
 ) -> dict[str, SeenPicture]:
     """Pictures by camera with their extractions; of equal pictures there is one.  The store is let go of while
-    extracting, and at the end."""
+    extracting."""
     store = run.store
     with store.read() as connection:
         known = {
@@ -274,9 +275,7 @@ def extract_pictures(
             seen[name] = SeenPicture(picture, image_id, *((known[name], read[name]) if name in known else new[key]))
         return seen
 
-    seen = run.transact(write)
-    store.release()
-    return seen
+    return run.transact(write)
 
 
 _Key = tuple[str, int]

@@ -77,6 +77,7 @@ def match_pair(
         rectify(cameras)  # refuses what is no pair
         run.step("read")
         seen = extract_pictures(run, read, parameters.extraction, keep_images=keep_images)
+        store.release()
         run.step("extract")
         one, other = (seen[name] for name in read)
         matches = match_stereo(cameras, one.primitives, other.primitives, parameters.stereo)

@@ -19,7 +19,6 @@ import pytest
 import sqlalchemy as sa
 import yaml
 from PIL import Image
-from psycopg.types.json import JsonDumper
 
 import vision.inspection
 from relmodel.app.cli.main import main
@@ -335,17 +334,6 @@ def other_variant(loaded: Path, other_pair: Pair, make_once: MakeOnce) -> Inspec
     return inspect_once(make_once, "other_variant", begin, *other_pair.options(world="demo_cell_B", **drawn))
 
 
-@pytest.fixture(scope="session")
-def dark(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspection:
-    """A copy of that store, in which a lens cap was inspected: refused."""
-
-    def begin(folder: Path) -> str:
-        Image.new("L", (640, 480), 7).save(folder / "dark.png")
-        return copied(inspection.store)(folder)
-
-    return inspect_once(make_once, "dark", begin, *pair.options(left="FOLDER/dark.png", right=None))
-
-
 def load_other(target: str) -> str:
     """Load variant B beside A and compare them."""
     load_bulkhead(target, "B")
@@ -361,19 +349,26 @@ def both_variants(inspection: Inspection, make_once: MakeOnce) -> str:
 
 
 def copy_rows(store: str, target: str) -> None:
-    """All rows of a DuckDB store to one of PostgreSQL, but what says which store it is: to be read."""
+    """All rows of a DuckDB store to one of PostgreSQL, but what says which store it is: to be read.  As CSV, in which
+    each spells lists and bytes in its own way."""
     url = sa.make_url(target).set(drivername="postgresql").render_as_string(hide_password=False)
+    file = Path(store).with_suffix(".csv")
+
+    def spelled(column: str, kind: str) -> str:
+        if kind.endswith("[]"):
+            return f"translate(to_json({column})::TEXT, '[]', '{{}}')"
+        return rf"'\x' || hex({column})" if kind == "BLOB" else column
+
     with Store.open(store, read_only=True) as read, read.read() as rows, psycopg.connect(url) as written:
         written.execute("SET session_replication_role = replica")  # foreign keys hold where rows come from
-        written.adapters.register_dumper(dict, JsonDumper)
-        tables = "SELECT table_name FROM duckdb_tables() WHERE table_name NOT IN ('store', 'alembic_version')"
-        names = rows.execute(sa.text(tables)).scalars().all()
-        written.execute(f"TRUNCATE {', '.join(names)}")
-        for name in names:
-            found = rows.execute(sa.text(f"SELECT * FROM {name}"))  # noqa: S608
-            with written.cursor().copy(f"COPY {name} ({', '.join(found.keys())}) FROM STDIN") as copy:
-                for row in found:
-                    copy.write_row(row)
+        tables = read.rows(rows, "store/columns.duckdb")
+        given = [row for row in tables if row.relation not in ("store", "alembic_version")]
+        written.execute(f"TRUNCATE {', '.join(row.relation for row in given)}")
+        for row in given:
+            selected = ", ".join(map(spelled, row.names, row.types))
+            rows.exec_driver_sql(f"COPY (SELECT {selected} FROM {row.relation}) TO '{file}' (HEADER false)")  # noqa: S608
+            with written.cursor().copy(f"COPY {row.relation} ({', '.join(row.names)}) FROM STDIN (FORMAT csv)") as copy:
+                copy.write(file.read_bytes())
 
 
 @pytest.fixture(scope="session")

@@ -104,23 +104,25 @@ def test_the_object_and_the_variant_are_named_with_where_they_are(held: Held) ->
 def test_the_rows_of_one_picture_say_what_its_camera_is_what_should_be_seen_and_that_there_was_no_prior(
     held: Held,
 ) -> None:
-    def ask(question: str) -> list[Any]:
-        return asked(held.store, f"{question} run_id = :run", run=held.answers["B"]["run"])
+    with Store.open(held.store, read_only=True) as store:
 
-    assert ask("SELECT holds FROM why_verdict WHERE rule = 'edges' AND") == [(True,)]
-    statistic = "SELECT value FROM verdict_statistic WHERE"
-    doubts = ask(f"{statistic} starts_with(name, 'absent') AND")
-    assert [doubt.value < 1 for doubt in doubts] == [True, True]  # of all edges, and of those that hold the pose
-    moved = ask("SELECT u.*, h.sigmas FROM camera_unknown AS u JOIN camera_history AS h USING (run_id, name) WHERE")
-    assert [u.sigmas for u in moved] == pytest.approx([(u.value - u.expected) / u.sigma_shown for u in moved])
-    (misfit,) = ask(f"{statistic} name = 'calibration' AND")[0]
-    assert misfit == pytest.approx(max(abs(u.sigmas) for u in moved if u.name != "response"))
+        def ask(question: str) -> list[Any]:
+            return asked(store, f"{question} run_id = :run", run=held.answers["B"]["run"])
 
-    assert "prior" not in held.answers["B"]["reason"]
-    assert ask("SELECT m00, prior_covariance FROM inspection WHERE") == [(None, None)]
-    assert set(ask("SELECT DISTINCT distance FROM hypothesis WHERE")) == {(None,)}
-    assert ("prior",) not in ask("SELECT rule FROM why_verdict WHERE") + ask("SELECT role FROM run_input WHERE")
-    assert dict(map(tuple, ask("SELECT stage, looked_at FROM search_pose WHERE")))["join"] >= 1
+        assert ask("SELECT holds FROM why_verdict WHERE rule = 'edges' AND") == [(True,)]
+        statistic = "SELECT value FROM verdict_statistic WHERE"
+        doubts = ask(f"{statistic} starts_with(name, 'absent') AND")
+        assert [doubt.value < 1 for doubt in doubts] == [True, True]  # of all edges, and of those that hold the pose
+        moved = ask("SELECT u.*, h.sigmas FROM camera_unknown AS u JOIN camera_history AS h USING (run_id, name) WHERE")
+        assert [u.sigmas for u in moved] == pytest.approx([(u.value - u.expected) / u.sigma_shown for u in moved])
+        (misfit,) = ask(f"{statistic} name = 'calibration' AND")[0]
+        assert misfit == pytest.approx(max(abs(u.sigmas) for u in moved if u.name != "response"))
+
+        assert "prior" not in held.answers["B"]["reason"]
+        assert ask("SELECT m00, prior_covariance FROM inspection WHERE") == [(None, None)]
+        assert set(ask("SELECT DISTINCT distance FROM hypothesis WHERE")) == {(None,)}
+        assert ("prior",) not in ask("SELECT rule FROM why_verdict WHERE") + ask("SELECT role FROM run_input WHERE")
+        assert dict(map(tuple, ask("SELECT stage, looked_at FROM search_pose WHERE")))["join"] >= 1
 
 
 def test_what_tells_the_variants_apart_is_named(held: Held) -> None:

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -34,46 +35,39 @@ def block(language: str) -> str:
     return str(found)
 
 
-@pytest.fixture(scope="module", params=["by program", "restored"])
-def both(
-    request: pytest.FixtureRequest, blocks_seen: Inspection, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Path, Path]:
-    """A store with an inspection, and what the page's commands make of it."""
-    folder = tmp_path_factory.mktemp("backup")
-    shutil.copy(blocks_seen.store, folder / "cell.duckdb")
+DIGEST = "SELECT '{0}', count(*), sum(hash(t)::HUGEINT) FROM \"{0}\" AS t"
+
+
+@cache  # of the store that both ways begin with
+def content(file: str) -> tuple[list[list[Any]], int]:
+    """How many rows each table has with a sum over the digests of all of them, in whatever order they lie; its rules;
+    answers; and how many columns have comments."""
+    with duckdb.connect(file, read_only=True) as connection:
+
+        def ask(question: str) -> list[Any]:
+            return connection.execute(question).fetchall()
+
+        tables = [name for (name,) in ask("SELECT table_name FROM duckdb_tables()")]
+        digests = " UNION ALL ".join(DIGEST.format(table) for table in tables)
+        rules = "SELECT count(*), count(DISTINCT constraint_text) FROM duckdb_constraints()"
+        ((comments,),) = ask("SELECT count(comment) FROM duckdb_columns()")
+        return [ask(question) for question in (f"{digests} ORDER BY 1", rules, *QUESTIONS)], comments
+
+
+@pytest.mark.parametrize("way", ["by program", "restored"])
+def test_all_rows_rules_comments_and_answers_are_equal(way: str, blocks_seen: Inspection, tmp_path: Path) -> None:
+    """Of a store with an inspection, by what the page's commands make of it."""
+    shutil.copy(blocks_seen.store, tmp_path / "cell.duckdb")
     programs = Path(sys.executable).parent
     commands = {"by program": [str(programs / "duckdb"), "-bail"], "restored": ["sh", "-e"]}
-    typed = block("sh" if request.param == "restored" else "sql")
-    environment = {"PATH": f"{programs}:/usr/bin:/bin", "HOME": str(folder)}
-    done = subprocess.run(
-        commands[request.param], input=typed, cwd=folder, env=environment, capture_output=True, text=True
-    )
+    typed = block("sh" if way == "restored" else "sql")
+    environment = {"PATH": f"{programs}:/usr/bin:/bin", "HOME": str(tmp_path)}
+    done = subprocess.run(commands[way], input=typed, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
-    return folder / "cell.duckdb", folder / ("restored.duckdb" if request.param == "restored" else "copied.duckdb")
-
-
-DIGESTS = "SELECT '{t}', count(*), sum(hash(t)::HUGEINT) FROM {name}.\"{t}\" AS t"
-
-
-def test_all_rows_rules_comments_and_answers_are_equal(both: tuple[Path, Path]) -> None:
-    said: dict[str, list[Any]] = {}
-    with duckdb.connect() as connection:
-        for name, file in zip(("old", "new"), both, strict=True):
-            connection.execute(f"ATTACH '{file}' AS {name} (READ_ONLY)")
-            of = f"WHERE database_name = '{name}'"
-            tables = connection.execute(f"SELECT table_name FROM duckdb_tables() {of} ORDER BY 1").fetchall()  # noqa: S608
-            # How many rows, and a sum over the digests of all of them, in whatever order they lie.
-            digests = " UNION ALL ".join(DIGESTS.format(t=table, name=name) for (table,) in tables)
-            rules = f"SELECT count(*), count(DISTINCT constraint_text) FROM duckdb_constraints() {of}"  # noqa: S608
-            said[name] = [connection.execute(asked).fetchall() for asked in (f"{digests} ORDER BY 1", rules)]
-            comments = connection.execute(f"SELECT count(comment) FROM duckdb_columns() {of}").fetchall()[0][0]  # noqa: S608
-            assert comments > 1000 or both[1].name == "restored.duckdb"  # EXPORT DATABASE leaves them out
-    assert said["old"] == said["new"]
-    assert sum(count > 0 for _, count, _ in said["old"][0]) > 50
-    answers = []
-    for file in both:
-        with duckdb.connect(str(file), read_only=True) as connection:
-            answers.append([connection.execute(asked).fetchall() for asked in QUESTIONS])
-    assert answers[0] == answers[1]
-    assert all(answers[0])
-    assert main(["set", "blocks", "batch", "7", "--store", str(both[1])]) == 0
+    made = tmp_path / ("restored.duckdb" if way == "restored" else "copied.duckdb")
+    (before, _), (after, comments) = content(blocks_seen.store), content(str(made))
+    assert comments > 1000 or way == "restored"  # EXPORT DATABASE leaves them out
+    assert after == before
+    assert sum(count > 0 for _, count, _ in before[0]) > 50
+    assert all(before)
+    assert main(["set", "blocks", "batch", "7", "--store", str(made)]) == 0

@@ -143,13 +143,6 @@ def test_a_joint_with_a_sigma_is_corrected_and_told_in_words(left_alone: Inspect
     assert travel.endswith(f"known to {2 * joint['sigma']:.2g} mm (two sigma)")
 
 
-def test_a_pose_that_is_not_accepted_corrects_nothing(dark: Inspection) -> None:
-    assert dark.answer["verdict"] == "refused"
-    assert dark.answer["base_corrections"] == []
-    for table in ("base_correction", "joint_correction"):
-        assert not rows(dark.store, table, dark.answer["run"])
-
-
 def test_what_cannot_be_corrected_is_said_before_anything_is_written(
     inspection: Inspection, copy_store: CopyStore, pair: Pair, tmp_path: Path, capsys: Capsys
 ) -> None:

@@ -238,11 +238,11 @@ def linked(shown: str, ending: str) -> set[str]:
 def test_the_tables_of_a_run_are_files(server: Server) -> None:
     (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
     found = tables(server, f"/run/{run}", "matched_arc")
-    for query_name in ("report/rules", "result/rejected_arc", "report/steps", "report/written"):
-        query, name = (resource_dir("queries") / f"{query_name}.sql").read_text(), query_name.partition("/")[2]
-        expected = asked_of(server.target, query, run_id=run)
-        assert found[name]
-        assert [tuple(r.values()) for r in found[name]] == [tuple(json_of(v) for v in r) for r in expected]
+    with Store.open(server.target, read_only=True) as store, store.read() as connection:
+        for query_name in ("report/rules", "result/rejected_arc", "report/steps", "report/written"):
+            expected, name = store.rows(connection, query_name, run_id=run), query_name.partition("/")[2]
+            assert found[name]
+            assert [tuple(r.values()) for r in found[name]] == [tuple(json_of(v) for v in r) for r in expected]
     assert found["findings"] == []
     shown = page(server, f"/run/{run}")
     assert linked(shown, ".json") == {f"/run/{run}.json"}

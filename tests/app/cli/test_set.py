@@ -71,24 +71,27 @@ def target(template: str, copy_store: CopyStore) -> str:
 
 
 def test_what_the_file_states_becomes_attributes(template: str) -> None:
-    values = "name, value_number, value_text, value_boolean, unit, source"
-    assert asked(template, f"SELECT {values} FROM current_part_attribute ORDER BY name") == [  # noqa: S608
-        ("colour", None, "#0000ff", None, None, "file"),
-        ("density", 2700.0, None, None, "kg/m3", "file"),
-        ("material", None, "Al 7075", None, None, "file"),
-        ("released", None, None, True, None, "file"),
-        ("revision", None, "C", None, None, "file"),
-    ]
-    query = "SELECT surface_no, name, value_text FROM surface_attribute ORDER BY surface_no"
-    assert asked(template, query) == [(0, "colour", "#ff0000"), (1, "layer", "mating"), (2, "colour", "#ff0000")]
-    assert asked(template, "SELECT arc_no, name, value_text FROM arc_attribute") == [(0, "name", "datum edge")]
-    query = "SELECT o.name, a.name, a.value_number FROM object_attribute AS a JOIN object AS o ON o.id = a.object_id"
-    assert asked(template, query) == [("inner", "mass", 0.5)]
-    ((mass, volume),) = asked(template, "SELECT mass, volume FROM part_mass")
-    assert volume == pytest.approx(1e6)  # 100 x 200 x 50
-    assert mass == pytest.approx(2.7)
-    query = "SELECT surface_no, kind, type, value, unit, datums FROM surface_pmi"
-    assert asked(template, query) == [(3, "tolerance", "flatness", 0.05, "mm", "A, B")]
+    with Store.open(template, read_only=True) as store:
+        values = "name, value_number, value_text, value_boolean, unit, source"
+        assert asked(store, f"SELECT {values} FROM current_part_attribute ORDER BY name") == [  # noqa: S608
+            ("colour", None, "#0000ff", None, None, "file"),
+            ("density", 2700.0, None, None, "kg/m3", "file"),
+            ("material", None, "Al 7075", None, None, "file"),
+            ("released", None, None, True, None, "file"),
+            ("revision", None, "C", None, None, "file"),
+        ]
+        query = "SELECT surface_no, name, value_text FROM surface_attribute ORDER BY surface_no"
+        assert asked(store, query) == [(0, "colour", "#ff0000"), (1, "layer", "mating"), (2, "colour", "#ff0000")]
+        assert asked(store, "SELECT arc_no, name, value_text FROM arc_attribute") == [(0, "name", "datum edge")]
+        query = (
+            "SELECT o.name, a.name, a.value_number FROM object_attribute AS a JOIN object AS o ON o.id = a.object_id"
+        )
+        assert asked(store, query) == [("inner", "mass", 0.5)]
+        ((mass, volume),) = asked(store, "SELECT mass, volume FROM part_mass")
+        assert volume == pytest.approx(1e6)  # 100 x 200 x 50
+        assert mass == pytest.approx(2.7)
+        query = "SELECT surface_no, kind, type, value, unit, datums FROM surface_pmi"
+        assert asked(store, query) == [(3, "tolerance", "flatness", 0.05, "mm", "A, B")]
 
 
 def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: Capsys) -> None:
@@ -108,7 +111,8 @@ def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: Capsys) -> N
     set_one("thing/inner", "mass", "1.2", "--unit", "lb")
     set_one("cell", "temperature class", "20", "--world")
     query = "SELECT level, surface_no, arc_no, name, value FROM attribute_log WHERE source = 'user' ORDER BY run_id"
-    assert [row[:4] for row in asked(target, query)] == [
+    logged = asked(target, query)
+    assert [row[:4] for row in logged] == [
         *[("part", None, None, "density")] * 2,
         ("surface", 2, None, "finish"),
         ("arc", None, 3, "deburred"),
@@ -116,7 +120,7 @@ def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: Capsys) -> N
         ("object", None, None, "mass"),
         ("world", None, None, "temperature class"),
     ]
-    assert [row[4] for row in asked(target, query)[2:5]] == ["anodised", "false", "0042"]
+    assert [row[4] for row in logged[2:5]] == ["anodised", "false", "0042"]
     by = "SELECT DISTINCT r.kind, stated_by IS NULL FROM attribute_log AS a JOIN run AS r ON r.id = a.run_id"
     assert asked(target, f"{by} WHERE source = 'user'") == [("set", False)]
 

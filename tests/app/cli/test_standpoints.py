@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from tests.pages import Page
 from tests.vision.localisation.scenes import above, blocks, picture
 from vision.cameras.cameras import Camera, perturb, perturbation
 from vision.cameras.standpoints import read_standpoints
+from vision.inspection.inspection import carry_out
 
 SIGMA = np.repeat([1.0, np.radians(0.1)], 3)
 
@@ -162,6 +165,9 @@ def test_two_arms_are_one_inspection_that_corrects_both_bases(
     assert main(["load", "slider.urdf", "--object", "slider", "--store", store]) == 0
     assert main(["world", "world.yaml", "--store", store]) == 0
     capsys.readouterr()
+    given = {"inspection": Mock(wraps=carry_out), "replay": Mock()}
+    for module, called in given.items():
+        monkeypatch.setattr(f"vision.inspection.{module}.carry_out", called)
     answer = inspected(store, "--rig", "left.yaml", "--standpoints", "scan.csv", "--ignore-standpoint", "other")
     assert answer["verdict"] == "accepted", answer["missing"]
     kept = [(f"{arm} {travel}", arm, False, False) for arm in ("one", "two") for travel in (-70, 60)]
@@ -177,7 +183,12 @@ def test_two_arms_are_one_inspection_that_corrects_both_bases(
         assert np.linalg.norm(off[:3]) < 0.3, it["carrier"]
         assert np.degrees(np.linalg.norm(off[3:])) < 0.02, it["carrier"]
         assert off @ np.linalg.solve(it["covariance"], off) < 30, it["carrier"]
-    assert main(["replay", "--store", store]) == main(["check", "--store", store]) == 0
+    assert main(["check", "--store", store]) == 0
+    # Made again, it would be given the same to the last digit: what comes of that, the tests of other replays compare.
+    assert main(["replay", "--store", store]) == 1
+    first, again = (called.call_args.args[3] for called in given.values())
+    np.testing.assert_equal(asdict(again.rig), asdict(first.rig))
+    assert again.prior is first.prior is None
     assert shown(store, "other left out").count("#shot-") == 4
     capsys.readouterr()
     assert main(["why", "--pose", "--store", store]) == 0
