@@ -60,11 +60,6 @@ _TRANSIENT = {"40001", "40P01", "57P01", "57P02", "57P03", None}
 T = TypeVar("T")
 
 
-_Columns = dict[str, tuple[tuple[str, ...], tuple[str, ...]]]  # of each table the names and types
-_KNOWN: dict[tuple[str, str], _Columns] = {}
-"""by store and schema, for as long as a process lasts: to read them takes a fifth as long as opening a store"""
-
-
 @cache  # for all stores of a process: making all hundred takes longer than opening one
 def _table(dialect: Any, name: str, columns: tuple[str, ...], types: tuple[str, ...]) -> Table:
     own = (sa.Column(column, _type(dialect, spelled)) for column, spelled in zip(columns, types, strict=True))
@@ -84,9 +79,8 @@ class Database:
     """What a store is made in.  All reading and writing goes through connections that `read` and `write` return.
 
     access: how it is reached, and shared with others.  dead_runs: runs whose processes are
-    gone, for the views of a DuckDB file that is open for reading.  made_as: which store it is, and the hash of the
-    schema that it was made with, once it was found to be this version's.  watch: called with a run's kind when it
-    begins, and with that and a step's name when the step ends.
+    gone, for the views of a DuckDB file that is open for reading.  watch: called with a run's kind when it begins, and
+    with that and a step's name when the step ends.
     """
 
     def __init__(self, engine: Engine, name: str, *, read_only: bool = False) -> None:
@@ -95,7 +89,6 @@ class Database:
         self._read_only = read_only
         self.is_closed = False
         self.dead_runs: list[int] = []
-        self.made_as: tuple[str, str] | None = None
         self.watch: Callable[[str, str], None] | None = None
 
     @property
@@ -152,7 +145,7 @@ class Database:
         return self.engine.dialect.name
 
     @cached_property
-    def _columns(self) -> _Columns:
+    def _columns(self) -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
         """Names and types of the columns of each table, in one query: SQLAlchemy reflects them in ten times as long."""
         with self.read() as connection:
             rows = self.rows(connection, f"store/columns.{self.dialect}")
@@ -160,13 +153,10 @@ class Database:
 
     def table(self, name: str) -> Table:
         """Table of the store, with the columns that are there: they are spelled in `schema/` only."""
-        known = {} if self.made_as is None else _KNOWN.setdefault(self.made_as, {})
-        if name not in known:
-            known |= self._columns
-        if name not in known:
+        if name not in self._columns:
             raise ValueError(f"the store has no table {name!r}")
         dialect: Any = type(self.engine.dialect)
-        return _table(dialect, name, *known[name])
+        return _table(dialect, name, *self._columns[name])
 
     @cached_property
     def _place(self) -> dict[str, int]:

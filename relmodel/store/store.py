@@ -115,8 +115,6 @@ def _check_schema(store: Store) -> None:
             f"the store {store.name} was made with another schema ({', '.join(made_with)[:12]}, "
             f"this relmodel has {ours[:12]}): make a new one with relmodel init and load its files again"
         )
-    assert found is not None
-    store.made_as = str(found[0].store_id), ours
 
 
 def _no_store(store: Store) -> StoreError:
