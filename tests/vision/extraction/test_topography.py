@@ -133,7 +133,7 @@ def test_what_speaks_against_arcs_is_the_logistic_of_steps_parallels_and_width()
         assert ridges.texture[k] == pytest.approx(probability(odds))
         assert ridges.highlight[k] == pytest.approx(np.mean([grey.reshape(-1)[e.pixel[i]] >= 250 for i in own]))
     assert min(found.highlight.min(), ridges.highlight.min()) > 0.01
-    none = arcs.take(np.zeros(3, bool))
+    none = Arcs(**{f.name: np.zeros(0) for f in fields(Arcs)})
     assert len(assess_arcs(grey, e, none, p)) == len(assess_ridge_arcs(grey, e, none, p)) == 0
 
 
