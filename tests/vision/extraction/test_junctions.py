@@ -20,13 +20,13 @@ from vision.extraction.junction_candidates import (
     END,
     INTERIOR,
     START,
+    Ends,
     Meetings,
     OsculatingCircles,
     _inner,
     _supported,
     find_crossings,
     find_first_polylines,
-    Ends,
     find_osculating_circles,
     locate_meetings,
     sample_polylines,
@@ -71,19 +71,6 @@ def test_a_junction_is_found_where_it_is_as_surely_as_it_says(name: str) -> None
     predicted = np.sqrt(np.mean(variances))
     assert predicted < 0.12
     assert np.abs(np.mean(errors, axis=0)).max() < 3.5 * predicted / np.sqrt(_SEEDS)
-
-
-def test_courses_run_from_junction_to_junction() -> None:
-    arcs, junctions, place = _found("T", 3, 3.0)
-    polyline, offsets = snap_polylines(arcs, junctions)
-    which = int(np.flatnonzero(junctions.at != INTERIOR)[0])
-    arc, at = junctions.arc[which], junctions.at[which]
-    own = np.column_stack([polyline.x, polyline.y])[offsets[arc] : offsets[arc + 1]]
-    own = own if at == START else own[::-1]
-    np.testing.assert_allclose(own[0], [junctions.x[0], junctions.y[0]])
-    assert np.all(np.diff(np.hypot(*(own - place).T))[1:] > 0.0)
-    assert offsets[-1] == len(polyline.x) == len(polyline.sigma)
-    assert np.all((polyline.sigma > 0) & (polyline.sigma < 0.5))
 
 
 def test_a_circle_closes_on_its_chord() -> None:

@@ -345,7 +345,9 @@ def _mosaic(seed: int) -> tuple[Ints32, Floats, Floats32, Bools, Bools]:
 @pytest.mark.parametrize("seed", range(4))
 def test_neighbours_merge_as_a_loop_over_all_borders_says(seed: int) -> None:
     labels, grey, depth, edge, loose = _mosaic(seed)
-    p = RegionParameters(max_edge_share=0.45, min_neck=3.0, min_open_share=0.5, border_ends=(0.5, 4.0)[seed % 2], min_area=20)
+    p = RegionParameters(
+        max_edge_share=0.45, min_neck=3.0, min_open_share=0.5, border_ends=(0.5, 4.0)[seed % 2], min_area=20
+    )
     count, (rows, columns) = int(labels.max()) + 1, np.indices(labels.shape)
     planes = []
     for i in range(count):

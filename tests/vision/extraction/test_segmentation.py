@@ -256,7 +256,8 @@ def test_arcs_lead_on_as_loops_over_all_ends_say() -> None:
     it = draw(courses, kinds, rng.random(60) < 0.1)
     fits, fresh = fit_members(it.together, it.pieces.kinds), rng.random(60) < 0.4
     found = _find_continuations(it.edges, it.pieces, fits, fresh, P)
-    rows = {(a, b): (c, d, e) for a, b, c, d, e in zip(found.tail, found.head, found.turn, found.distance, found.bend)}
+    columns = found.tail, found.head, found.turn, found.distance, found.bend
+    rows = {(a, b): row for a, b, *row in zip(*columns, strict=True)}
 
     usable = [i for i in range(60) if not it.pieces.members.closed[i] and kinds[i] != FREE]
     way = []  # out of the start and of the end of each
@@ -280,7 +281,7 @@ def test_arcs_lead_on_as_loops_over_all_ends_say() -> None:
             if out @ gap > max(-P.join_overlap, P.join_ahead * np.hypot(*gap) - P.join_overlap):
                 turned = -1 if at != on else head if at == 1 else tail
                 expected[tail, head] = turned, float(np.hypot(*gap))
-    assert {pair: row[:2] for pair, row in rows.items()} == {k: pytest.approx(v) for k, v in expected.items()}
+    assert {pair: tuple(row[:2]) for pair, row in rows.items()} == {k: pytest.approx(v) for k, v in expected.items()}
     assert 20 < len(expected) < near - 20
     assert min(sum(turned == k for (k, _), (turned, _) in expected.items()), 99) > 0  # of either kind some
     own = {LINE: 0.0, ELLIPTIC: np.inf}
@@ -354,9 +355,7 @@ def test_a_circle_bows_out_by_more_than_its_elements_scatter() -> None:
         assert savings(flat, [LINE, LINE])[1] == LINE
 
 
-def halves(
-    shape: tuple[float, float, float, float], begin: float, end: float
-) -> list[tuple[Floats, Floats, bool]]:
+def halves(shape: tuple[float, float, float, float], begin: float, end: float) -> list[tuple[Floats, Floats, bool]]:
     """Two arcs that halve this one of an ellipse, an element a pixel."""
     t = np.linspace(begin, end, 2000)
     _, _, a, b = shape
@@ -474,7 +473,11 @@ def test_loops_begin_where_they_turn_least() -> None:
     turn = rng.uniform(0, 0.4, sum(counts))
     offsets = np.concatenate([[0], np.cumsum(counts)])
     heading = np.cumsum(turn)
-    it = draw([(np.zeros((n, 2)), heading[a : a + n], False) for a, n in zip(offsets, counts)], [0] * 4, closed)
+    it = draw(
+        [(np.zeros((n, 2)), heading[a : a + n], False) for a, n in zip(offsets[:-1], counts, strict=True)],
+        [0] * 4,
+        closed,
+    )
     order = np.arange(sum(counts), dtype=np.int32)
     found = _start_loops_on_straights(it.edges, it.pieces.members, P)
     for k, n in enumerate(counts):
