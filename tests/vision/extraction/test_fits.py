@@ -250,16 +250,16 @@ def test_ellipses_through_scattered_points_are_of_least_weighted_sampson_distanc
     w = rng.uniform(0.2, 5, 180)
     found = fit_ellipses(*xy(np.concatenate(drawn)), w, np.array([60, 60, 60]))
 
-    def off(parameters: Floats, q: Floats) -> Floats:
+    def off(parameters: Floats, q: Floats, root: Floats | float = 1.0) -> Floats:
         x, y, a, b, turn = parameters
         u, v = ((q - [x, y]) @ [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]).T
-        return np.asarray((u**2 / a**2 + v**2 / b**2 - 1) / (2 * np.hypot(u / a**2, v / b**2)))
+        return np.asarray(root * (u**2 / a**2 + v**2 / b**2 - 1) / (2 * np.hypot(u / a**2, v / b**2)))
 
     for k, q in enumerate(drawn):
         own = w[60 * k : 60 * k + 60]
         row = np.array([getattr(found, n)[k] for n in ("centre_x", "centre_y", "major", "minor", "angle")])
         assert found.square[k] == pytest.approx(np.average(off(row, q) ** 2, weights=own))
-        best = least_squares(lambda s: np.sqrt(own) * off(s, q), row, x_scale=[1, 1, 1, 1, 0.05])  # noqa: B023
+        best = least_squares(off, row, x_scale=[1, 1, 1, 1, 0.05], args=(q, np.sqrt(own)))
         assert found.square[k] < 1.02 * 2 * best.cost / own.sum()
         assert row[2] >= row[3] > 0
         assert -np.pi / 2 < row[4] <= np.pi / 2
@@ -300,7 +300,7 @@ def test_polylines_weigh_elements_and_stay_within_their_arcs() -> None:
     order = rng.permutation(n).astype(np.int32)
     columns = np.zeros((7, n))
     columns[:, order] = step, 5.0 * of, nx, ny, 1 + 0 * nx, 1 + 0 * nx, sigma
-    edges = EdgeElements(*columns, np.arange(n, dtype=np.int32))
+    edges = EdgeElements(*columns, pixel=np.arange(n, dtype=np.int32))
     members = Chains(order, np.concatenate([[0], np.cumsum(counts)]).astype(np.int32), np.zeros(4, bool))
     distance, bias = rng.normal(0, 0.2, n), rng.uniform(0, 0.1, n)
     distance[of == 3], own = np.nan, np.where(of == 2, 0.04, np.nan)
@@ -318,7 +318,7 @@ def test_polylines_weigh_elements_and_stay_within_their_arcs() -> None:
     np.testing.assert_array_equal(found.sigma[of == 3], sigma[of == 3])
     # between the surest of those around and what each says by itself, one whose neighbours say nothing its own
     alone = Chains(np.arange(1, dtype=np.int32), np.array([0, 1], np.int32), np.zeros(1, bool))
-    none = Deviations(*np.zeros((1, 1)), *np.ones((1, 1)), *np.zeros((2, 1)), np.full(1, np.nan))
+    none = Deviations(*np.array([[0.0], [1.0], [0.0], [0.0], [np.nan]]))
     assert 0 < refine_polylines(edges, alone, none, scale, P).sigma[0] <= edges.sigma[0]
 
 

@@ -1,6 +1,5 @@
 """Junctions against sectors that meet at known places, and the ends of arcs that close there."""
 
-from dataclasses import fields
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -10,7 +9,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.optimize import least_squares
 
 from relmodel.arrays import Floats
-from tests.vision.extraction.synthetic import JUNCTIONS, linked, render, sectors
+from tests.vision.extraction.synthetic import JUNCTIONS, arcs_with, linked, render, sectors
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.chains import fill_gaps
 from vision.extraction.edges import detect_edges
@@ -336,7 +335,7 @@ def test_kinds_follow_from_the_number_of_ways_and_whether_two_run_on(ways: list[
     """Beside another junction, an L, whose ways count for nothing here."""
     whole = [*((0, *w) for w in ways), (1, 180, END), (1, 270, END)]
     group, turn, at = (np.array(c) for c in zip(*whole, strict=True))
-    none = OsculatingCircles(*np.zeros((5, len(group))), np.zeros((len(group), 3)))
+    none = OsculatingCircles(*np.zeros((5, len(group))), variance=np.zeros((len(group), 3)))
     meetings = Meetings(group, np.arange(len(group)), at, none)
     away = np.column_stack([np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))])
     assert [KINDS[k] for k in _kinds(meetings, away, P)] == [kind, "L"]
@@ -347,10 +346,10 @@ def test_ends_move_to_where_arcs_meet() -> None:
     covariance = np.full((3, 8, 8), np.nan)
     covariance[:2, :2, :2] = [[[0.02, 0.003], [0.003, 0.004]], [[0.01, 0.0], [0.0, 0.002]]]
     start, end = np.array([[10.0, 10], [50, 20], [30, 60]]), np.array([[40.0, 50], [50, 5], [70, 64]])
-    arcs = Arcs(**{f.name: np.zeros(3) for f in fields(Arcs)} | {
-        "kind": np.array([LINE, LINE, CIRCULAR]), "covariance": covariance, "length": np.array([50.0, 15, 44]),
-        "start_x": start[:, 0], "start_y": start[:, 1], "end_x": end[:, 0], "end_y": end[:, 1],
-    })  # fmt: skip
+    arcs = arcs_with(
+        3, kind=np.array([LINE, LINE, CIRCULAR]), covariance=covariance, length=np.array([50.0, 15, 44]),
+        start_x=start[:, 0], start_y=start[:, 1], end_x=end[:, 0], end_y=end[:, 1],
+    )  # fmt: skip
     way = np.array([0.6, 0.8])
     place = np.array([[43.0, 54.0], [27.0, 57.0], [53.0, 4.0]])
     junctions = Junctions(
@@ -375,9 +374,7 @@ def test_courses_are_cut_back_and_closed_at_junctions() -> None:
     """Lines of 12 points, the first beyond a junction at its end, the second short of one at its start."""
     x, sigma = np.tile(np.arange(12.0), 3), np.linspace(0.1, 0.2, 36)
     y = np.repeat([5.0, 20.0, 40.0], 12)
-    arcs = Arcs(**{f.name: np.zeros(3) for f in fields(Arcs)} | {
-        "x": x, "y": y, "point_sigma": sigma, "offsets": np.array([0, 12, 24, 36]),
-    })  # fmt: skip
+    arcs = arcs_with(3, x=x, y=y, point_sigma=sigma, offsets=np.array([0, 12, 24, 36]))
     covariance = np.array([[[0.04, 0.01], [0.01, 0.09]], [[0.25, 0.0], [0.0, 0.16]]])
     junctions = Junctions(
         np.array([9.4, -0.7]), np.array([5.0, 20.0]), covariance, np.zeros(2, np.int8),
@@ -397,7 +394,7 @@ def test_courses_are_cut_back_and_closed_at_junctions() -> None:
 def test_the_picture_shows_a_step_of_the_sign_of_the_end_on_the_way(at: int, left: bool) -> None:
     """To the right along y = 20.3: bright above (left of a walk to the right), of varying height."""
     y = np.arange(40.0)[:, None] - 20.3
-    curve = OsculatingCircles(*np.array([[10.0], [20.3], [1.0], [0.0], [0.0]]), np.zeros((1, 3)))
+    curve = OsculatingCircles(*np.array([[10.0], [20.3], [1.0], [0.0], [0.0]]), variance=np.zeros((1, 3)))
     arcs = SimpleNamespace(
         bright_left=np.array([left, not left] if at == START else [not left, left]), offsets=np.array([0, 2]),
         contrast=np.array([100.0]),

@@ -348,7 +348,7 @@ def test_neighbours_merge_as_a_loop_over_all_borders_says(seed: int) -> None:
     p = RegionParameters(
         max_edge_share=0.45, min_neck=3.0, min_open_share=0.5, border_ends=(0.5, 4.0)[seed % 2], min_area=20
     )
-    count, (rows, columns) = int(labels.max()) + 1, np.indices(labels.shape)
+    count, (rows, columns) = int(labels.max()) + 1, np.mgrid[:45, :55]
     planes = []
     for i in range(count):
         own = labels == i
@@ -357,7 +357,8 @@ def test_neighbours_merge_as_a_loop_over_all_borders_says(seed: int) -> None:
     borders = sum_borders(labels, edge, loose)
     totals = _totals(grey, labels, depth, p)
     inradius = np.array([depth[labels == i].max() for i in range(count)])
-    joined, opens = [], {i: [] for i in range(count)}
+    joined: list[tuple[int, int]] = []
+    opens: dict[int, list[tuple[float, int]]] = {i: [] for i in range(count)}
     for a, b, (length, on_edge, x, y, strips, ends, _) in zip(*borders, strict=True):
         here = np.array([1, x / length, y / length])
         step, free = abs(float(here @ planes[a] - here @ planes[b])), length - on_edge
@@ -393,7 +394,10 @@ def test_nothing_merges_that_has_no_border_or_opens_to_nothing() -> None:
     two = (one + np.arange(18) // 9).astype(np.int32)
     for labels in (one, two):
         depth, free = np.full(labels.shape, 9.0, np.float32), np.zeros(labels.shape, bool)
-        assert _components(sum_borders(labels, free, free), _totals(90.0 * labels, labels, depth, p), p) is None
+        assert (
+            _components(sum_borders(labels, free, free), _totals(90.0 * np.asarray(labels, float), labels, depth, p), p)
+            is None
+        )
 
 
 @pytest.mark.parametrize("area", [1, 6, 12])

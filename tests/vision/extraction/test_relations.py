@@ -1,7 +1,6 @@
 """Relations and the fused pass on a picture of known layout: a bright ring of two squares, and a disc."""
 
-from collections import Counter
-from dataclasses import fields
+from collections import Counter, defaultdict
 from itertools import product
 from typing import cast
 
@@ -11,7 +10,7 @@ from scipy.ndimage import gaussian_filter
 
 from relmodel.arrays import Floats, Ints32
 from relmodel.errors import InputError, UsageError
-from tests.vision.extraction.synthetic import render
+from tests.vision.extraction.synthetic import arcs_with, render
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extract import Extraction, extract
@@ -139,12 +138,16 @@ def _arcs_on(labels: Ints32, seed: int) -> tuple[EdgeElements, Arcs]:
     place, turn = rng.uniform(-0.5, [columns - 0.5, rows - 0.5], (n + 5, 2)), rng.uniform(-np.pi, np.pi, n + 5)
     place[:30] = np.array([12.2, 9.1]) + rng.uniform(-1, 1, (30, 2))
     one = np.ones(n + 5)
-    edges = EdgeElements(*place.T, np.cos(turn), np.sin(turn), one, one, one, np.arange(n + 5, dtype=np.int32))
-    columns_of = {f.name: np.full(6, np.nan) for f in fields(Arcs)}
-    packed = {"elements": rng.permutation(n + 5)[:n].astype(np.int32), "bright_left": rng.random(n) < 0.6}
-    packed["elements"][:30] = np.arange(30)
-    shape = {"offsets": np.concatenate([[0], np.cumsum(counts)]), "closed": np.zeros(6, bool)}
-    return edges, Arcs(**columns_of | packed | shape | {"length": rng.uniform(5, 90, 6)})
+    edges = EdgeElements(
+        place[:, 0], place[:, 1], np.cos(turn), np.sin(turn), one, one, one, np.arange(n + 5, dtype=np.int32)
+    )
+    elements = rng.permutation(n + 5)[:n].astype(np.int32)
+    elements[:30] = np.arange(30)
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    return edges, arcs_with(
+        6, elements=elements, bright_left=rng.random(n) < 0.6, offsets=offsets, closed=np.zeros(6, bool),
+        length=rng.uniform(5, 90, 6),
+    )  # fmt: skip
 
 
 def test_arcs_bound_what_enough_of_their_elements_see() -> None:
@@ -189,12 +192,12 @@ def test_neighbours_and_what_lies_within_what() -> None:
     p, step = UnitParameters(), 1.5
     adjacent, surrounds = relate_neighbours(labels, inside, 10, middles, p, step)
     rows = {(a - 10, b - 10): d for a, b, d in zip(adjacent.a, adjacent.b, adjacent.distance, strict=True)}
-    crossed: Counter[tuple[int, int]] = Counter()
+    crossed: defaultdict[tuple[int, int], float] = defaultdict(float)
     weigh = {(0, 1): 1.0, (1, 0): 1.0, (1, 1): 0.5**0.5, (1, -1): 0.5**0.5}
     for (r, c), ((dr, dc), weight) in product(np.ndindex(40, 60), weigh.items()):
         if r + dr < 40 and 0 <= c + dc < 60 and labels[r, c] != labels[r + dr, c + dc]:
             for one, other in ((labels[r, c], labels[r + dr, c + dc]), (labels[r + dr, c + dc], labels[r, c])):
-                crossed[int(one), int(other)] += weight  # type: ignore[assignment]
+                crossed[int(one), int(other)] += weight
     sides = {(0, 1), (1, 2), (2, 3), (2, 7), (0, 4), (0, 5), (4, 5), (0, 6)}
     expected = {key: step * np.pi / 8 * crossed[key] for key in sides | {(b, a) for a, b in sides}}
     assert rows == pytest.approx(expected)
@@ -218,10 +221,9 @@ def test_arcs_as_relations_see_them() -> None:
         ("start_x", "start_y", "end_x", "end_y", "centre_x", "centre_y", "radius", "length", "sigma", "angle_sigma")
     )}  # fmt: skip
     offsets = np.concatenate([[0], np.cumsum(counts)])
-    arcs = Arcs(**{f.name: np.zeros(4) for f in fields(Arcs)} | own | {"offsets": offsets})
-    none = Junctions(
-        *np.zeros((2, 0)), np.zeros((0, 2, 2)), np.zeros(0, np.int8), *np.zeros((3, 0), int), *np.zeros((2, 0))
-    )
+    arcs = arcs_with(4, **own, offsets=offsets)
+    f, i, what = np.zeros(0), np.zeros(0, np.int32), np.zeros(0, np.int8)
+    none = Junctions(f, f, np.zeros((0, 2, 2)), what, i, i, what, f, f)
     texture, p = np.array([0.0, 0.5, 1.0, 0.2]), UnitParameters()
     found = pack_curves(arcs, none, ArcQuality(texture, texture), ExtractionParameters())
     kept = [[0, 8], [9, 13, 17], [18, 22, 26, 27], [28, 29]]

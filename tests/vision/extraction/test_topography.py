@@ -1,14 +1,13 @@
 """Topographic labels of closed-form surfaces, and marks of arcs: streaks and saturated blobs against true steps."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from relmodel.arrays import Floats
-from tests.vision.extraction.synthetic import disc, step
-from vision.extraction.arcs import Arcs
+from tests.vision.extraction.synthetic import arcs_with, disc, step
 from vision.extraction.edges import MOMENTS, EdgeElements, detect_edges, gaussian_kernels
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import (
@@ -88,7 +87,7 @@ def _scattered(seed: int, count: int = 400) -> EdgeElements:
     pixel = np.sort(rng.choice(50 * 61, count, replace=False)).astype(np.int32)
     turn, contrast = rng.uniform(-np.pi, np.pi, count), 4 * 2 ** rng.uniform(-0.5, 6.5, count)
     one = np.ones(count)
-    return EdgeElements(pixel % 61 + 0.0, pixel // 61 + 0.0, np.cos(turn), np.sin(turn), contrast, one, one, pixel)
+    return EdgeElements(pixel % 61 * one, pixel // 61 * one, np.cos(turn), np.sin(turn), contrast, one, one, pixel)
 
 
 def parallels(e: EdgeElements, i: int) -> int:
@@ -105,7 +104,7 @@ def parallels(e: EdgeElements, i: int) -> int:
 
 
 def probability(odds: float) -> float:
-    return 1 / (1 + np.exp(odds))
+    return float(1 / (1 + np.exp(odds)))
 
 
 def test_what_speaks_against_arcs_is_the_logistic_of_steps_parallels_and_width() -> None:
@@ -113,9 +112,11 @@ def test_what_speaks_against_arcs_is_the_logistic_of_steps_parallels_and_width()
     grey = rng.uniform(150, 256, (50, 61)).cumsum(axis=1) % 130 + 160
     counts = [20, 7, 33]
     members = rng.permutation(400)[:60].astype(np.int32)
-    shape = {"elements": members, "offsets": np.concatenate([[0], np.cumsum(counts)]), "closed": np.zeros(3, bool)}
-    shape |= {"contrast": np.array([20.0, 60.0, 35.0]), "width": np.array([0.7, 1.2, 0.0])}
-    arcs = Arcs(**{f.name: np.zeros(3) for f in fields(Arcs)} | shape)
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    arcs = arcs_with(
+        3, elements=members, offsets=offsets, closed=np.zeros(3, bool), contrast=np.array([20.0, 60.0, 35.0]),
+        width=np.array([0.7, 1.2, 0.0]),
+    )  # fmt: skip
     # far enough from certainty for each term to tell
     p = replace(Q, step_far=5.0, offset=3.0)
     found, ridges = assess_arcs(grey, e, arcs, p), assess_ridge_arcs(grey, e, arcs, replace(Q, ridge_offset=-10.0))
@@ -124,7 +125,7 @@ def test_what_speaks_against_arcs_is_the_logistic_of_steps_parallels_and_width()
         place = [[e.y[i] + d * e.ny[i]], [e.x[i] + d * e.nx[i]]]
         return float(map_coordinates(grey, place, order=1, mode="nearest")[0])
 
-    for k, own in enumerate(np.split(members, shape["offsets"][1:-1])):
+    for k, own in enumerate(np.split(members, offsets[1:-1])):
         near, far = (np.mean([at(i, d) - at(i, -d) for i in own]) for d in (2.0, 4.0))
         crowd = np.log(np.mean([parallels(e, i) for i in own]) / (3 * Q.cell))
         odds = (3.1 * near + 5.0 * far) / arcs.contrast[k] - 2.7 * crowd - 2.2 * arcs.width[k] + 3.0
@@ -134,7 +135,7 @@ def test_what_speaks_against_arcs_is_the_logistic_of_steps_parallels_and_width()
         assert ridges.texture[k] == pytest.approx(probability(odds))
         assert ridges.highlight[k] == pytest.approx(np.mean([grey.reshape(-1)[e.pixel[i]] >= 250 for i in own]))
     assert min(found.highlight.min(), ridges.highlight.min()) > 0.01
-    none = Arcs(**{f.name: np.zeros(0) for f in fields(Arcs)})
+    none = arcs_with(0)
     assert len(assess_arcs(grey, e, none, p)) == len(assess_ridge_arcs(grey, e, none, p)) == 0
 
 
@@ -144,7 +145,7 @@ def test_ridges_are_as_high_and_as_sure_as_the_facet_says(sign: float) -> None:
     grey."""
     p, width, turn = TopographyParameters(), 3.0, 2.9
     across = np.cos(turn) * X + np.sin(turn) * Y - 1.3
-    noise = 0.01 + 0.001 * np.arange(256)
+    noise = 0.01 + 0.001 * np.arange(256.0)
     grey = 100 + sign * 60 * np.exp(-(across**2) / (2 * width**2))
     _, ridges = label_topography(grey, noise, p)
     e = ridges.elements
