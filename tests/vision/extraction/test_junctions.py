@@ -335,7 +335,8 @@ def test_kinds_follow_from_the_number_of_ways_and_whether_two_run_on(ways: list[
     """Beside another junction, an L, whose ways count for nothing here."""
     whole = [*((0, *w) for w in ways), (1, 180, END), (1, 270, END)]
     group, turn, at = (np.array(c) for c in zip(*whole, strict=True))
-    none = OsculatingCircles(*np.zeros((5, len(group))), variance=np.zeros((len(group), 3)))
+    zero = np.zeros(len(group))
+    none = OsculatingCircles(zero, zero, zero, zero, zero, np.zeros((len(group), 3)))
     meetings = Meetings(group, np.arange(len(group)), at, none)
     away = np.column_stack([np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))])
     assert [KINDS[k] for k in _kinds(meetings, away, P)] == [kind, "L"]
@@ -394,7 +395,8 @@ def test_courses_are_cut_back_and_closed_at_junctions() -> None:
 def test_the_picture_shows_a_step_of_the_sign_of_the_end_on_the_way(at: int, left: bool) -> None:
     """To the right along y = 20.3: bright above (left of a walk to the right), of varying height."""
     y = np.arange(40.0)[:, None] - 20.3
-    curve = OsculatingCircles(*np.array([[10.0], [20.3], [1.0], [0.0], [0.0]]), variance=np.zeros((1, 3)))
+    one = np.ones(1)
+    curve = OsculatingCircles(10 * one, 20.3 * one, one, 0 * one, 0 * one, np.zeros((1, 3)))
     arcs = SimpleNamespace(
         bright_left=np.array([left, not left] if at == START else [not left, left]), offsets=np.array([0, 2]),
         contrast=np.array([100.0]),

@@ -297,7 +297,8 @@ def savings(
     """What joining two saves and as what; their places and weights; what they cost apart."""
     it = draw(courses, kinds)
     fits = fit_members(it.together, it.pieces.kinds)
-    pair = _Continuations(*np.array([[0], [1], [-1]]), distance=np.array([distance]), bend=np.array([bend]))
+    tail, head, turn = np.array([[0], [1], [-1]])
+    pair = _Continuations(tail, head, turn, np.array([distance]), np.array([bend]))
     saving, kind = _compute_savings(it.together, it.pieces.kinds, fits, pair, CORRELATED, P, FITTING)
     places, weights = [c[0] for c in courses], np.split(it.weight, [len(courses[0][1])])
     price = {LINE: P.line_price, CIRCULAR: P.circle_price, ELLIPTIC: P.ellipse_price}
