@@ -299,7 +299,9 @@ def test_polylines_weigh_elements_and_stay_within_their_arcs() -> None:
     nx, ny, sigma = np.cos(turn), np.sin(turn), rng.uniform(0.05, 0.3, n)
     order = rng.permutation(n).astype(np.int32)
     at, one = np.argsort(order), np.ones(n)
-    edges = EdgeElements(step[at], 5.0 * of[at], nx[at], ny[at], one, one, sigma[at], np.arange(n, dtype=np.int32))
+    edges = EdgeElements(
+        step[at], 5.0 * of.astype(float)[at], nx[at], ny[at], one, one, sigma[at], np.arange(n, dtype=np.int32)
+    )
     members = Chains(order, np.concatenate([[0], np.cumsum(counts)]).astype(np.int32), np.zeros(4, bool))
     distance, bias = rng.normal(0, 0.2, n), rng.uniform(0, 0.1, n)
     distance[of == 3], own = np.nan, np.where(of == 2, 0.04, np.nan)
