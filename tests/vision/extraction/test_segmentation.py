@@ -1,5 +1,6 @@
 """Chains cut and joined: against loops over all ways, other solvers, and layouts made by hand."""
 
+from dataclasses import replace
 from itertools import combinations, pairwise
 from typing import NamedTuple
 
@@ -9,7 +10,17 @@ from scipy.optimize import least_squares
 
 from relmodel.arrays import Bools, Floats, Ints32
 from vision.extraction import arc_kernels
-from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Members, compute_correlation, fit_members
+from vision.extraction.arcs import (
+    CIRCULAR,
+    ELLIPTIC,
+    FREE,
+    LINE,
+    Members,
+    compute_correlation,
+    fit_members,
+    measure_arcs,
+    weigh_elements,
+)
 from vision.extraction.chains import Chains
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extraction_parameters import FittingParameters, SegmentationParameters
@@ -522,3 +533,34 @@ def test_pieces_are_trimmed_at_their_corners() -> None:
     assert found == [one for one in expected if one]
     assert members.closed.tolist() == closed
     assert 0 < sum(closed) < 8
+
+
+@pytest.mark.parametrize("share", [0.5, 0.69, 0.8, 0.83, 0.93, 0.99])
+@pytest.mark.parametrize("minor", [40.0, 25.0])
+def test_curves_that_run_nearly_round_are_closed_and_as_long_as_they_are(share: float, minor: float) -> None:
+    """With the means of their elements, the scatter about them, and what sigma follows from it."""
+    kind = CIRCULAR if minor == 40 else ELLIPTIC
+    course = bow((70, 60, 40, minor), 0.3, 0.3 + 2 * np.pi * share, 220, 0.2)
+    it = draw([course, straight(200, 10, 0.4, 30)], [kind, LINE])
+    edges = replace(it.edges, contrast=np.linspace(20, 60, 250), width=np.linspace(0.5, 1.5, 250))
+    arcs = measure_arcs(edges, it.pieces.members, it.pieces.kinds, it.pieces.bright_right, scale=1.4)
+    place, own = course[0], slice(0, 220)
+    walked, gap = np.hypot(*np.diff(place, axis=0).T).sum(), np.hypot(*(place[0] - place[-1]))
+    whole = np.hypot(*np.diff(bow((70, 60, 40, minor), 0.0, 2 * np.pi, 999)[0], axis=0).T).sum()
+    closed = gap < FITTING.max_closed_gap * walked and walked > FITTING.min_closed_turn * whole
+    assert arcs.closed.tolist() == [closed, False]
+    np.testing.assert_allclose(arcs.length, [walked + closed * gap, 29.0])
+    np.testing.assert_allclose(arcs.contrast, [edges.contrast[own].mean(), edges.contrast[220:].mean()])
+    np.testing.assert_allclose(arcs.width, [edges.width[own].mean(), edges.width[220:].mean()])
+    # off by 0.2 px along the radius of the circle that the ellipse is squeezed from
+    off = np.hypot(place[:, 0] - 70, (place[:, 1] - 60) * 40 / minor) - 40
+    t = np.linspace(0.3, 0.3 + 2 * np.pi * share, 220)
+    off *= minor / np.hypot(minor * np.cos(t), 40 * np.sin(t))
+    w = weigh_elements(edges, it.pieces.members, 1.4, FITTING)[own]
+    assert arcs.residual[0] == pytest.approx(np.sqrt(np.mean(off**2)), rel=0.1)
+    assert arcs.sigma[0] == pytest.approx(np.sqrt(CORRELATED * np.average(off**2, weights=w) / 218), rel=0.1)
+    assert (arcs.centre_x[0], arcs.centre_y[0]) == pytest.approx((70, 60), abs=0.4)
+    assert arcs.radius[0] == pytest.approx(40, abs=0.5)
+    ends = np.array([[arcs.start_x[0], arcs.start_y[0]], [arcs.end_x[0], arcs.end_y[0]]])
+    np.testing.assert_allclose(ends, place[[0, -1]], atol=0.4)
+    assert np.isnan([arcs.radius[1], arcs.centre_x[1], arcs.radius2[1]]).all()
