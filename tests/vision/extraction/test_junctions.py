@@ -15,6 +15,7 @@ from vision.extraction.chains import fill_gaps
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import JunctionParameters
+from vision.extraction.fits import Ellipses, measure_from_ellipses, of_ellipses
 from vision.extraction.junction_candidates import (
     END,
     INTERIOR,
@@ -216,6 +217,17 @@ def test_circles_touch_lines_circles_and_ellipses_as_surely_as_their_parameters_
         way = np.array([found.tx[1], found.ty[1]])
         by = np.append(spoke + s / 40 * way, 1)
         assert found.variance[1] @ [1, s, s * s] == pytest.approx(by @ covariance[1, :3, :3] @ by)
+    # Across the ellipse: by how distances of places ahead change with its parameters, to first order along it.
+    shape = Ellipses(*np.array([[200.0], [90], [50], [30], [0.5], [0]]))
+
+    def change(s: float) -> Floats:
+        x, y = (oval[20] + s * np.array([found.tx[2], found.ty[2]]))[:, None]
+        seen = measure_from_ellipses(x, y, shape, np.zeros(1, int), np.ones(1))
+        return np.asarray(of_ellipses(x, y, seen, shape, np.zeros(1, int))[0])
+
+    for s in (0.0, 7.0, -4.0):
+        by = change(0.0) + s * (change(0.05) - change(-0.05)) / 0.1
+        assert found.variance[2] @ [1, s, s * s] == pytest.approx(by @ covariance[2, :5, :5] @ by, rel=0.01)
 
 
 def courses(seed: int, count: int = 14) -> tuple[Arcs, list[Floats]]:
