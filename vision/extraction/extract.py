@@ -44,7 +44,7 @@ from vision.extraction.topography import (
 from vision.relations.relations import KINDS as _RELATIONS
 from vision.relations.relations import Relations
 
-VERSION = "17"  # raised whenever equal pictures and parameters give other primitives than before
+VERSION = "18"  # raised whenever equal pictures and parameters give other primitives than before
 # The kernels of an extraction.
 KERNELS = ("vision.relations.gap_kernels", *(f"vision.extraction.{name}_kernels" for name in ("arc", "edge", "region")))
 

@@ -110,7 +110,7 @@ def find_osculating_circles(
     curvature[oval] = _towards(normal, tangent[oval]) * seen.bias
     ahead = [
         fits.of_ellipses(px, py, measure_from_ellipses(px, py, ellipses, each, np.ones(len(which))), ellipses, each)
-        for px, py in ((x[oval] + step * tangent[oval].T) for step in (-1.0, 0.0, 1.0))
+        for px, py in (np.stack([x[oval], y[oval]]) + step * tangent[oval].T for step in (-1.0, 0.0, 1.0))
     ]
     variance[oval] = _quadratic(arcs.covariance[which][:, :5, :5], ahead[1], 0.5 * (ahead[2] - ahead[0]))
 

@@ -8,7 +8,8 @@ from typing import cast
 
 import numpy as np
 import pytest
-from scipy.stats import betabinom
+from scipy.special import betaln, gammaln
+from scipy.stats import beta, betabinom
 
 from relmodel.arrays import Floats, Ints
 from tests.vision.account.test_samples import samples_at, unit
@@ -20,8 +21,9 @@ from vision.account.runs import (
     sum_in_one_light,
     weigh_absence,
     weigh_lookalike,
+    weigh_runs,
 )
-from vision.account.samples import Samples
+from vision.account.samples import Samples, SampleSupport, Sides
 from vision.scene import StoredScene
 
 P = RunParameters()
@@ -123,3 +125,85 @@ def test_edges_in_one_light_are_averaged_over_lights() -> None:
     in_light = np.log([[0.5, 0.1], [0.5, 0.1], [0.3, 0.3]])
     together = sum_in_one_light(np.array([0, 0, 1]), in_light, 3)
     assert together == pytest.approx([np.log((0.25 + 0.01) / 2), np.log(0.3), 0.0])
+
+
+def of_share(found: float, n: float, chance: float) -> Floats:
+    """Densities of a found share of n stretches: of an edge that shows, of one that shows in part, by chance."""
+    k, ways = found * n, gammaln(n + 1) - gammaln(found * n + 1) - gammaln(n - found * n + 1)
+    each = (P.shown, (1, 1), (P.chance_count * chance, P.chance_count * (1 - chance)))
+    return np.exp([ways + betaln(a + k, b + n - k) - betaln(a, b) for a, b in each])
+
+
+def is_there(densities: Floats, share: float) -> float:
+    return float(share * densities[0] + (1 - share) * (P.partly * densities[1] + (1 - P.partly) * densities[2]))
+
+
+def odds_of(densities: Floats, share: float) -> float:
+    return float(np.log(is_there(densities, share) / (P.stray * densities[1] + (1 - P.stray) * densities[2])))
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_runs_are_weighed_as_loops_over_runs_that_are_alike_do(seed: int) -> None:
+    rng, runs = np.random.default_rng(seed), 14
+    run = np.repeat(np.arange(runs), rng.integers(20, 70, runs))
+    n, camera = len(run), (np.arange(runs) > 7).astype(int)[run]
+    pair = np.array([[1, 2], [2, 3], [1, -1], [4, 5], [5, 4], [3, -1], [2, 1], [6, 1]] * 2)[:runs]
+    it = replace(
+        samples_at(rng.normal(size=(n, 2)), unit(rng.normal(size=n)), pair[run], run), camera=camera,
+        front=(1 + (np.arange(runs) % 3 > 0))[run], length_px=rng.uniform(0.5, 1.5, n),
+    )  # fmt: skip
+    showing = np.where(np.arange(runs) % 4 == 1, 0.2, 0.9)[run]
+    px = rng.uniform(0.2, 1.4, n) * (run != 5)
+    support = SampleSupport(rng.random(n) < showing, px, rng.uniform(0, 0.3, n), 0 * px, np.zeros(0, int))
+    some = np.flatnonzero(rng.random(n) < 0.3)
+    normal = rng.normal([0.8, 0.2, 0.1], 0.25, (len(some), 2, 3))
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    behind, rise = rng.random((len(some), 2)) < 0.15, rng.normal(0, 0.1, (len(some), 2))
+    normal[behind] = 0.0
+    sides = Sides(some, np.where(behind, -1, 7), normal, rise)
+    found = weigh_runs(it, support, sides, P)
+
+    own = [np.flatnonzero(run == k) for k in range(runs)]
+    weight = np.array([px[rows].sum() for rows in own])
+    share_found = [float(px[rows] @ support.found[rows]) / max(w, 1e-9) for rows, w in zip(own, weight, strict=True)]
+    usual = float(px @ support.found / px.sum())
+    every = float(px @ support.chance / px.sum())
+    looks = np.zeros((runs, 2, 5))
+    for k, rows in enumerate(own):
+        for i in (seen := np.flatnonzero(np.isin(some, rows))):
+            for side in (0, 1):
+                bend = 0.0 if abs(rise[i, side]) <= P.flat else P.bend * np.sign(rise[i, side])
+                looks[k, side] += [*normal[i, side], P.background * behind[i, side], bend]
+        looks[k] /= max(len(seen), 1)
+    for k, rows in enumerate(own):
+        near, shown = P.usual_runs, P.usual_runs * usual
+        for j, others in enumerate(own):
+            same = set(pair[k][pair[k] >= 0]) <= set(pair[j])
+            if camera[rows[0]] != camera[others[0]] or same:
+                continue
+            apart = min(((looks[k] - looks[j]) ** 2).sum(), ((looks[k] - looks[j][::-1]) ** 2).sum())
+            alike = np.exp(-apart / (2 * P.alike**2) - (it.front[rows[0]] != it.front[others[0]]))
+            alike *= min(weight[j] / P.most_px, 1.0)
+            near, shown = near + alike, shown + alike * share_found[j]
+        assert found.shows[k] == pytest.approx(shown / near)
+        chance = (float(px[rows] @ support.chance[rows]) + every * P.chance_px) / (weight[k] + P.chance_px)
+        chance = min(max(chance, P.least_chance), P.most_chance)
+        assert (found.chance[k], found.found[k]) == pytest.approx((chance, share_found[k]))
+        assert found.visible_px[k] == pytest.approx(it.length_px[rows].sum())
+        faint, full = P.partly / 2 + (1 - P.partly) * chance, P.shown[0] / sum(P.shown)
+        share = min(max((found.shows[k] - faint) / (full - faint), P.least_shows), P.most_shows)
+        stretches = weight[k] / P.stretch_px
+        levels = [of_share((i + 0.5) / P.levels, stretches, chance) for i in range(P.levels)]
+        there = [is_there(level, share) for level in levels]
+        odds = odds_of(of_share(share_found[k], stretches, chance), share)
+        lights = beta.ppf((np.arange(P.lights) + 0.5) / P.lights, P.alike_light * share, P.alike_light * (1 - share))
+        by_light = [odds_of(of_share(share_found[k], stretches, chance), light) for light in lights]
+        expected = np.average([odds_of(level, share) for level in levels], weights=there)
+        seen_at_all = float(weight[k] > 0)
+        assert found.log_odds[k] == pytest.approx(odds * seen_at_all)
+        assert found.expected[k] == pytest.approx(expected * seen_at_all)
+        np.testing.assert_allclose(found.in_light[k], np.array(by_light) * seen_at_all, rtol=1e-5, atol=1e-6)
+    heads = [rows[0] for rows in own]
+    for name in ("camera", "view_run", "kind", "arc", "surface"):
+        assert getattr(found, name).tolist() == getattr(it, name)[heads].tolist()
+    assert len(set(found.shows.round(3))) == runs

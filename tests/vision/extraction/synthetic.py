@@ -1,11 +1,15 @@
 """Pictures with closed-form edges at known sub-pixel places."""
 
+from dataclasses import fields
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr, owens_t
 
 from relmodel.arrays import Floats
+from vision.extraction.arcs import Arcs
 from vision.extraction.chains import Chains, link
 from vision.extraction.edges import EdgeElements
 
@@ -112,3 +116,9 @@ def _sector(u: Floats, v: Floats, turn: float, following: float) -> Floats:
     root = np.sqrt(1.0 - rho**2)
     tails = owens_t(h, (k - rho * h) / (h * root)) + owens_t(k, (h - rho * k) / (k * root))
     return np.asarray(0.5 * (ndtr(h) + ndtr(k)) - tails - np.where(h * k < 0.0, 0.5, 0.0))
+
+
+def arcs_with(count: int, **columns: Any) -> Arcs:
+    """Arcs of these columns, zeros in the others."""
+    of_all: dict[str, Any] = {f.name: np.zeros(count) for f in fields(Arcs)}
+    return Arcs(**of_all | columns)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline, CubicSpline
 from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
 from scipy.special import erf, ndtr
 
@@ -13,11 +14,12 @@ from relmodel.arrays import Floats
 from tests.vision.extraction.synthetic import linked
 from vision.extraction import fits
 from vision.extraction.arcs import FREE, Arcs, measure_arcs
-from vision.extraction.chains import fill_gaps
-from vision.extraction.edges import detect_edges
+from vision.extraction.chains import Chains, fill_gaps
+from vision.extraction.edges import EdgeElements, detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import FittingParameters, JunctionParameters
 from vision.extraction.fits import (
+    Deviations,
     Ellipses,
     compute_curvature_bias,
     fit_ellipses,
@@ -25,6 +27,7 @@ from vision.extraction.fits import (
     measure_from_circles,
     measure_from_ellipses,
     measure_from_lines,
+    refine_polylines,
 )
 from vision.extraction.junction_candidates import find_osculating_circles
 
@@ -239,3 +242,87 @@ def test_deviations_are_distances_along_normals() -> None:
     assert circle.distance == pytest.approx(out, abs=1e-12)
     assert np.column_stack([circle.nx, circle.ny]) == pytest.approx(np.column_stack([np.cos(t), np.sin(t)]))
     assert circle.bias == pytest.approx(0.5)
+
+
+def test_ellipses_through_scattered_points_are_of_least_weighted_sampson_distance() -> None:
+    rng = np.random.default_rng(8)
+    drawn = [around(s, np.sort(rng.uniform(0, 4.5, 60))) + rng.normal(0, 0.15, (60, 2)) for s in SHAPES[[0, 1, 3]]]
+    w = rng.uniform(0.2, 5, 180)
+    found = fit_ellipses(*xy(np.concatenate(drawn)), w, np.array([60, 60, 60]))
+
+    def off(parameters: Floats, q: Floats, root: Floats | float = 1.0) -> Floats:
+        x, y, a, b, turn = parameters
+        u, v = ((q - [x, y]) @ [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]).T
+        return np.asarray(root * (u**2 / a**2 + v**2 / b**2 - 1) / (2 * np.hypot(u / a**2, v / b**2)))
+
+    for k, q in enumerate(drawn):
+        own = w[60 * k : 60 * k + 60]
+        row = np.array([getattr(found, n)[k] for n in ("centre_x", "centre_y", "major", "minor", "angle")])
+        assert found.square[k] == pytest.approx(np.average(off(row, q) ** 2, weights=own))
+        best = least_squares(off, row, x_scale=[1, 1, 1, 1, 0.05], args=(q, np.sqrt(own)))
+        assert found.square[k] < 1.02 * 2 * best.cost / own.sum()
+        assert row[2] >= row[3] > 0
+        assert -np.pi / 2 < row[4] <= np.pi / 2
+
+
+@pytest.mark.parametrize("spacing", [1.0, 1.6])
+def test_polylines_are_means_along_arcs_as_sure_as_what_they_leave_says(spacing: float) -> None:
+    """On a line of like elements, far from its ends: by the docstring's closed form, and by a dense covariance."""
+    n, scale, sigma = 240, 1.4, 0.1
+    rng, place = np.random.default_rng(9), spacing * np.arange(240.0)
+    members = Chains(np.arange(n, dtype=np.int32), np.array([0, n], np.int32), np.zeros(1, bool))
+    one, nan = np.ones(n), np.full(n, np.nan)
+    edges = EdgeElements(place, 0 * one, 0 * one, -one, one, one, sigma * one, np.arange(n, dtype=np.int32))
+    window = np.exp(-0.5 * ((place[:, None] - place) / (P.window * scale)) ** 2)
+    window[np.abs(place[:, None] - place) > 3 * P.window * scale] = 0
+    window /= window.sum(axis=1, keepdims=True)
+    left = np.eye(n) - window
+    dense = left @ np.exp(-(((place[:, None] - place) / (2 * scale)) ** 2)) @ left.T
+    for times in (0.0, 1.0, 2.0):
+        distance = times * sigma * rng.choice([-1.0, 1], n)
+        found = refine_polylines(edges, members, Deviations(distance, 0 * one, one, 0.07 * one, nan), scale, P)
+        np.testing.assert_allclose(found.y, window @ distance - distance + 0.07, atol=1e-9)
+        np.testing.assert_allclose(found.x, place)
+        squares = np.mean((left @ distance / sigma) ** 2) / dense[n // 2, n // 2]
+        freedom = n * spacing * (n - 1) / n / (2 * np.sqrt(np.pi) * scale)
+        excess = (P.prior_freedom + freedom * squares) / (P.prior_freedom + freedom)
+        sure = sigma * (1 + P.window**2) ** -0.25 * np.sqrt(excess)
+        np.testing.assert_allclose(found.sigma[80:160], sure, rtol=0.03)
+
+
+def test_polylines_weigh_elements_and_stay_within_their_arcs() -> None:
+    """Arcs beside each other, of elements that differ; a free curve, which is its own course, and one unknown."""
+    rng, counts, scale = np.random.default_rng(10), [25, 3, 12, 8], 1.4
+    n, of = sum(counts), np.repeat(np.arange(4), [25, 3, 12, 8])
+    step = np.cumsum(rng.uniform(0.6, 1.5, n))
+    turn = rng.uniform(-np.pi, np.pi, n)
+    nx, ny, sigma = np.cos(turn), np.sin(turn), rng.uniform(0.05, 0.3, n)
+    order = rng.permutation(n).astype(np.int32)
+    at, one = np.argsort(order), np.ones(n)
+    edges = EdgeElements(
+        step[at], 5.0 * of.astype(float)[at], nx[at], ny[at], one, one, sigma[at], np.arange(n, dtype=np.int32)
+    )
+    members = Chains(order, np.concatenate([[0], np.cumsum(counts)]).astype(np.int32), np.zeros(4, bool))
+    distance, bias = rng.normal(0, 0.2, n), rng.uniform(0, 0.1, n)
+    distance[of == 3], own = np.nan, np.where(of == 2, 0.04, np.nan)
+    found = refine_polylines(edges, members, Deviations(distance, nx, ny, bias, own), scale, P)
+    for i in range(n):
+        mine = np.flatnonzero(of == of[i])
+        apart = step[mine] - step[i]
+        near = np.where(np.abs(apart) <= 3 * P.window * scale, np.exp(-0.5 * (apart / (P.window * scale)) ** 2), 0)
+        share = near / sigma[mine] ** 2
+        mean = share @ distance[mine] / share.sum() if of[i] < 2 else 0.0
+        move = mean + bias[i] - distance[i] if of[i] < 3 else 0.0
+        moved = [step[i], 5.0 * of[i]] + move * (np.array([nx[i], ny[i]]) if of[i] < 3 else np.zeros(2))
+        np.testing.assert_allclose([found.x[i], found.y[i]], moved)
+    assert (found.sigma[of == 2] == 0.04).all()
+    np.testing.assert_array_equal(found.sigma[of == 3], sigma[of == 3])
+    # between the surest of those around and what each says by itself, one whose neighbours say nothing its own
+    alone = Chains(np.arange(1, dtype=np.int32), np.array([0, 1], np.int32), np.zeros(1, bool))
+    none = Deviations(*np.array([[0.0], [1.0], [0.0], [0.0], [np.nan]]))
+    assert 0 < refine_polylines(edges, alone, none, scale, P).sigma[0] <= edges.sigma[0]
+
+
+def test_only_radii_above_nothing_are_drawn_inwards() -> None:
+    found = compute_curvature_bias(np.array([np.nan, np.inf, -3.0, 0.0, 40.0]), np.full(5, 1.3))
+    np.testing.assert_allclose(found, [0, 0, 0, 0, 1.3 / 40], rtol=0.02)

@@ -9,22 +9,37 @@ from scipy.ndimage import gaussian_filter
 from scipy.optimize import least_squares
 
 from relmodel.arrays import Floats
-from tests.vision.extraction.synthetic import JUNCTIONS, linked, render, sectors
+from tests.vision.extraction.synthetic import JUNCTIONS, arcs_with, linked, render, sectors
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.chains import fill_gaps
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import JunctionParameters
+from vision.extraction.fits import Ellipses, measure_from_ellipses, of_ellipses
 from vision.extraction.junction_candidates import (
     END,
     INTERIOR,
     START,
+    Ends,
+    Meetings,
     OsculatingCircles,
+    _inner,
+    _supported,
+    find_crossings,
+    find_first_polylines,
     find_osculating_circles,
     locate_meetings,
+    sample_polylines,
     take_part,
 )
-from vision.extraction.junctions import KINDS, Junctions, find_junctions, snap_end_points, snap_polylines
+from vision.extraction.junctions import (
+    KINDS,
+    Junctions,
+    _kinds,
+    find_junctions,
+    snap_end_points,
+    snap_polylines,
+)
 from vision.extraction.segmentation import fit_arcs
 
 _SEEDS = 3
@@ -56,19 +71,6 @@ def test_a_junction_is_found_where_it_is_as_surely_as_it_says(name: str) -> None
     predicted = np.sqrt(np.mean(variances))
     assert predicted < 0.12
     assert np.abs(np.mean(errors, axis=0)).max() < 3.5 * predicted / np.sqrt(_SEEDS)
-
-
-def test_courses_run_from_junction_to_junction() -> None:
-    arcs, junctions, place = _found("T", 3, 3.0)
-    polyline, offsets = snap_polylines(arcs, junctions)
-    which = int(np.flatnonzero(junctions.at != INTERIOR)[0])
-    arc, at = junctions.arc[which], junctions.at[which]
-    own = np.column_stack([polyline.x, polyline.y])[offsets[arc] : offsets[arc + 1]]
-    own = own if at == START else own[::-1]
-    np.testing.assert_allclose(own[0], [junctions.x[0], junctions.y[0]])
-    assert np.all(np.diff(np.hypot(*(own - place).T))[1:] > 0.0)
-    assert offsets[-1] == len(polyline.x) == len(polyline.sigma)
-    assert np.all((polyline.sigma > 0) & (polyline.sigma < 0.5))
 
 
 def test_a_circle_closes_on_its_chord() -> None:
@@ -215,3 +217,208 @@ def test_circles_touch_lines_circles_and_ellipses_as_surely_as_their_parameters_
         way = np.array([found.tx[1], found.ty[1]])
         by = np.append(spoke + s / 40 * way, 1)
         assert found.variance[1] @ [1, s, s * s] == pytest.approx(by @ covariance[1, :3, :3] @ by)
+    # Across the ellipse: by how distances of places ahead change with its parameters, to first order along it.
+    shape = Ellipses(*np.array([[200.0], [90], [50], [30], [0.5], [0]]))
+
+    def change(s: float) -> Floats:
+        x, y = (oval[20] + s * np.array([found.tx[2], found.ty[2]]))[:, None]
+        seen = measure_from_ellipses(x, y, shape, np.zeros(1, int), np.ones(1))
+        return np.asarray(of_ellipses(x, y, seen, shape, np.zeros(1, int))[0])
+
+    for s in (0.0, 7.0, -4.0):
+        by = change(0.0) + s * (change(0.05) - change(-0.05)) / 0.1
+        assert found.variance[2] @ [1, s, s * s] == pytest.approx(by @ covariance[2, :5, :5] @ by, rel=0.01)
+
+
+def courses(seed: int, count: int = 14) -> tuple[Arcs, list[Floats]]:
+    """Lines and bends a pixel a point, one of them with gaps."""
+    rng, lines = np.random.default_rng(seed), []
+    for k in range(count):
+        n = int(rng.integers(9, 40))
+        heading = rng.uniform(-np.pi, np.pi) + rng.choice([0.0, 0.05]) * np.arange(n)
+        walk = (1 + 2 * (k == 3)) * np.column_stack([np.cos(heading), np.sin(heading)])
+        lines.append(rng.uniform(15, 45, 2) + np.cumsum(walk, axis=0))
+    x, y = np.concatenate(lines).T
+    counts = [len(line) for line in lines]
+    arcs = SimpleNamespace(
+        x=x, y=y, offsets=np.concatenate([[0], np.cumsum(counts)]), closed=np.arange(count) == 5,
+        chains=SimpleNamespace(chain_of_member=np.repeat(np.arange(count), counts)),
+    )  # fmt: skip
+    return cast(Arcs, arcs), lines
+
+
+def test_polylines_are_sampled_at_most_a_pixel_apart() -> None:
+    arcs, lines = courses(1)
+    found = sample_polylines(arcs, (70, 80))
+    for k, line in enumerate(lines):
+        own = found.place[found.arc == k]
+        steps = np.diff(line, axis=0)
+        parts = np.maximum(np.ceil(np.hypot(*steps.T)), 1).astype(int)
+        expected = [line[i] + j / n * steps[i] for i, n in enumerate(parts) for j in range(n)]
+        np.testing.assert_allclose(own, [*expected, line[-1]])
+        nearest = np.hypot(*(own[:, None] - line).transpose(2, 0, 1))
+        theirs = found.point[found.arc == k] - arcs.offsets[k]
+        np.testing.assert_allclose(nearest[np.arange(len(own)), theirs], nearest.min(axis=1))
+    rounded = np.clip(np.rint(found.place), 1, [78, 68])
+    np.testing.assert_array_equal(found.pixel, rounded[:, 1] * 80 + rounded[:, 0])
+    held = np.flatnonzero(found.holder >= 0)
+    assert set(held) == set(found.pixel)
+    np.testing.assert_array_equal(found.pixel[found.holder[held]], held)
+    from_end = [min(i, len(line) - 1 - i) for line in lines for i in range(len(line))]
+    expected_inner = [from_end[q] > P.overrun or k == 5 for q, k in zip(found.point, found.arc, strict=True)]
+    assert _inner(arcs, found, P).tolist() == expected_inner
+
+
+def crossed(one: Floats, other: Floats) -> bool:
+    """Whether two directions cross by more than the least angle."""
+    area = abs(one[0] * other[1] - one[1] * other[0])
+    return bool(area > np.sin(P.min_crossing_angle) * np.linalg.norm(one) * np.linalg.norm(other))
+
+
+def chord_at(arcs: Arcs, line: list[Floats], arc: int, point: int) -> Floats:
+    at = point - arcs.offsets[arc]
+    return np.asarray(line[arc][min(at + 3, len(line[arc]) - 1)] - line[arc][max(at - 3, 0)])
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_crossings_are_where_two_polylines_share_or_touch_a_pixel(seed: int) -> None:
+    arcs, lines = courses(seed)
+    places = sample_polylines(arcs, (70, 80))
+    inner = _inner(arcs, places, P)
+    best: dict[tuple[int, int], float] = {}
+    for i in np.flatnonzero(inner).tolist():
+        for down, right in ((0, 0), (0, 1), (1, -1), (1, 0), (1, 1)):  # each pair of pixels is looked at once
+            b = int(places.holder[places.pixel[i] + 80 * down + right])
+            a, k = int(places.arc[i]), int(places.arc[b])
+            if b < 0 or a == k or not inner[b]:
+                continue
+            if crossed(chord_at(arcs, lines, a, places.point[i]), chord_at(arcs, lines, k, places.point[b])):
+                key, apart = (min(a, k), max(a, k)), float(np.hypot(*(places.place[i] - places.place[b])))
+                best[key] = min(best.get(key, np.inf), apart)
+    found = find_crossings(arcs, places, P)
+    apart = np.hypot(*(places.place[found[:, 0]] - places.place[found[:, 1]]).T)
+    pairs = [(int(a), int(b)) for a, b in np.sort(places.arc[found], axis=1)]
+    assert dict(zip(pairs, apart, strict=True)) == pytest.approx(best)
+    assert len(pairs) == len(best) > 5
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_ends_meet_the_first_polyline_ahead_that_they_do_not_run_along(seed: int) -> None:
+    arcs, lines = courses(seed + 10)
+    places = sample_polylines(arcs, (70, 80))
+    curve = touching(seed, 14)
+    shift = np.random.default_rng(seed).uniform(-75, -45, (2, 14))
+    curve = OsculatingCircles(
+        curve.x + shift[0], curve.y + shift[1], curve.tx, curve.ty, curve.curvature, curve.variance
+    )
+    hit, far = find_first_polylines(arcs, Ends(np.arange(14), np.full(14, END), curve), places, P)
+    for k in range(14):
+        expected = (-1, np.inf)
+        for s in np.arange(-P.overrun, P.reach + 1):
+            (place,), (normal,) = on(curve, k, np.array([s]))
+            column, row = np.clip(np.rint(place), 1, [78, 68])
+            near = []
+            for down, right in np.ndindex(3, 3):
+                at = int(places.holder[int(row + down - 1) * 80 + int(column + right - 1)])
+                if at < 0 or places.arc[at] == k:
+                    continue
+                chord = chord_at(arcs, lines, int(places.arc[at]), int(places.point[at]))
+                distance = float(np.hypot(*(places.place[at] - place)))
+                if distance < 1 and abs(chord @ normal) > np.sin(P.min_crossing_angle) * np.linalg.norm(chord):
+                    near.append((distance, at))
+            if near:
+                expected = (min(near)[1], s)
+                break
+        assert (hit[k], far[k]) == expected
+    assert 2 < (hit >= 0).sum() < 14
+
+
+@pytest.mark.parametrize(
+    ("ways", "kind"),
+    [
+        ([(0, END), (90, START)], "L"), ([(0, END), (158, END)], "L"), ([(0, END), (162, START)], "smooth"),
+        ([(0, END), (-162, END)], "smooth"), ([(0, START), (100, END), (203, END)], "Y"),
+        ([(0, START), (100, END), (198, END)], "T"), ([(0, END), (60, START), (238, END)], "T"),
+        ([(30, INTERIOR), (120, END)], "T"), ([(30, INTERIOR), (120, INTERIOR)], "X"),
+        ([(0, END), (80, END), (170, START), (260, END)], "X"), ([(30, INTERIOR), (120, END), (200, END)], "X"),
+    ],
+)  # fmt: skip
+def test_kinds_follow_from_the_number_of_ways_and_whether_two_run_on(ways: list[tuple[int, int]], kind: str) -> None:
+    """Beside another junction, an L, whose ways count for nothing here."""
+    whole = [*((0, *w) for w in ways), (1, 180, END), (1, 270, END)]
+    group, turn, at = (np.array(c) for c in zip(*whole, strict=True))
+    zero = np.zeros(len(group))
+    none = OsculatingCircles(zero, zero, zero, zero, zero, np.zeros((len(group), 3)))
+    meetings = Meetings(group, np.arange(len(group)), at, none)
+    away = np.column_stack([np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))])
+    assert [KINDS[k] for k in _kinds(meetings, away, P)] == [kind, "L"]
+
+
+def test_ends_move_to_where_arcs_meet() -> None:
+    """A line's length and the variance of its offset are those of its new middle, a bend's length by how far on."""
+    covariance = np.full((3, 8, 8), np.nan)
+    covariance[:2, :2, :2] = [[[0.02, 0.003], [0.003, 0.004]], [[0.01, 0.0], [0.0, 0.002]]]
+    start, end = np.array([[10.0, 10], [50, 20], [30, 60]]), np.array([[40.0, 50], [50, 5], [70, 64]])
+    arcs = arcs_with(
+        3, kind=np.array([LINE, LINE, CIRCULAR]), covariance=covariance, length=np.array([50.0, 15, 44]),
+        start_x=start[:, 0], start_y=start[:, 1], end_x=end[:, 0], end_y=end[:, 1],
+    )  # fmt: skip
+    way = np.array([0.6, 0.8])
+    place = np.array([[43.0, 54.0], [27.0, 57.0], [53.0, 4.0]])
+    junctions = Junctions(
+        place[:, 0], place[:, 1], np.zeros((3, 2, 2)), np.zeros(3, np.int8),
+        np.array([0, 1, 1, 2], np.int32), np.array([0, 2, 1, 0], np.int32),
+        np.array([END, START, INTERIOR, INTERIOR], np.int8),
+        np.array([-0.6, 0.8, 0.0, 0.6]), np.array([-0.8, 0.6, 1.0, 0.8]),
+    )  # fmt: skip
+    found = snap_end_points(arcs, junctions)
+    np.testing.assert_allclose(np.column_stack([found.start_x, found.start_y]), [start[0], start[1], place[1]])
+    np.testing.assert_allclose(np.column_stack([found.end_x, found.end_y]), [place[0], end[1], end[2]])
+    # the bend's start lies 3 px farther out both ways: along (.8, .6) away from there that is 4.2 px more
+    np.testing.assert_allclose(found.length, [55.0, 15.0, 44 + 3 * 0.8 + 3 * 0.6])
+    by = np.array([1.0, (0.5 * (place[0] - end[0])) @ way])
+    expected = covariance.copy()
+    expected[0, 0, 0] = by @ covariance[0, :2, :2] @ by
+    expected[0, 0, 1] = expected[0, 1, 0] = by @ covariance[0, :2, :2] @ [0, 1]
+    np.testing.assert_allclose(found.covariance, expected)
+
+
+def test_courses_are_cut_back_and_closed_at_junctions() -> None:
+    """Lines of 12 points, the first beyond a junction at its end, the second short of one at its start."""
+    x, sigma = np.tile(np.arange(12.0), 3), np.linspace(0.1, 0.2, 36)
+    y = np.repeat([5.0, 20.0, 40.0], 12)
+    arcs = arcs_with(3, x=x, y=y, point_sigma=sigma, offsets=np.array([0, 12, 24, 36]))
+    covariance = np.array([[[0.04, 0.01], [0.01, 0.09]], [[0.25, 0.0], [0.0, 0.16]]])
+    junctions = Junctions(
+        np.array([9.4, -0.7]), np.array([5.0, 20.0]), covariance, np.zeros(2, np.int8),
+        np.array([0, 1, 1], np.int32), np.array([0, 1, 2], np.int32), np.array([END, START, INTERIOR], np.int8),
+        np.array([-1.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]),
+    )  # fmt: skip
+    polyline, offsets = snap_polylines(arcs, junctions)
+    assert offsets.tolist() == [0, 11, 24, 36]
+    np.testing.assert_allclose(polyline.x, [*range(10), 9.4, -0.7, *range(12), *range(12)])
+    np.testing.assert_allclose(polyline.y, np.repeat([5.0, 20.0, 40.0], [11, 13, 12]))
+    expected = np.concatenate([sigma[:10], [0.3, 0.4], sigma[12:24], sigma[24:]])
+    np.testing.assert_allclose(polyline.sigma, expected)
+
+
+@pytest.mark.parametrize("at", [START, END])
+@pytest.mark.parametrize("left", [True, False])
+def test_the_picture_shows_a_step_of_the_sign_of_the_end_on_the_way(at: int, left: bool) -> None:
+    """To the right along y = 20.3: bright above (left of a walk to the right), of varying height."""
+    y = np.arange(40.0)[:, None] - 20.3
+    one = np.ones(1)
+    curve = OsculatingCircles(10 * one, 20.3 * one, one, 0 * one, 0 * one, np.zeros((1, 3)))
+    arcs = SimpleNamespace(
+        bright_left=np.array([left, not left] if at == START else [not left, left]), offsets=np.array([0, 2]),
+        contrast=np.array([100.0]),
+    )  # fmt: skip
+    above = left == (at == END)  # an end walked outwards: from start to end at END, the other way at START
+    for share, shown in ((P.min_support - 0.02, False), (P.min_support + 0.02, True)):
+        grey = 100 + (-1.0 if above else 1.0) * share * 50 * np.clip(y, -1, 1) * np.ones((1, 40))
+        for sign, along in ((1, 7.0), (-1, 7.0), (1, P.blurred + 0.9), (-1, P.blurred + 0.9)):
+            seen = _supported(
+                100 + sign * (grey - 100), cast(Arcs, arcs), np.zeros(1, int), np.array([at]), curve,
+                np.array([along]), P,
+            )  # fmt: skip
+            assert seen[0] == ((shown and sign > 0) or along < 3)

@@ -2,6 +2,8 @@
 
 from collections import Counter
 from collections.abc import Callable
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -11,13 +13,23 @@ from scipy.ndimage import gaussian_filter
 from relmodel.arrays import Bools, Floats, Floats32, Ints, Ints32
 from tests.vision.extraction.synthetic import linked, render
 from vision.extraction import region_kernels
-from vision.extraction.arcs import LINE
-from vision.extraction.edges import detect_edges
+from vision.extraction.arcs import LINE, Arcs
+from vision.extraction.chains import label_components
+from vision.extraction.edges import EdgeElements, detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import RegionParameters
 from vision.extraction.junctions import find_junctions
 from vision.extraction.regions import (
+    ASLANT,
+    STRIPS,
+    _components,
+    _contract,
+    _lonely,
+    _meetings,
     _near_loose_ends,
+    _renumber,
+    _share_out,
+    _totals,
     draw_edge_mask,
     find_leak_proof_regions,
     find_plain_regions,
@@ -316,3 +328,136 @@ def test_labels_are_those_of_the_extrema_along_the_axes_of_bending(noise: float)
             assert abs(ridges[2, i] * c + ridges[3, i] * r) == pytest.approx(1, abs=1e-4)
             assert ridges[4, i] == pytest.approx(there, abs=5e-3)
     assert min(checked[name] for name in checked if name not in ("inflection",)) > 3
+
+
+def _mosaic(seed: int) -> tuple[Ints32, Floats, Floats32, Bools, Bools]:
+    """Labels in blocks, greys of a plane each, depths about the inradius of a large region, edges and loose ends."""
+    rng = np.random.default_rng(seed)
+    labels = np.kron(rng.integers(0, 14, (9, 11)), np.ones((5, 5), int)).astype(np.int32)
+    labels[::7, ::9] = 14 + np.arange(49).reshape(7, 7)[: len(labels[::7]), : len(labels[0, ::9])]
+    y, x = np.indices(labels.shape)
+    planes = rng.normal(0, [4.0, 0.1, 0.1], (63, 3))[labels]
+    grey = 90 + planes[..., 0] + planes[..., 1] * (x - 27) + planes[..., 2] * (y - 22) + rng.normal(0, 0.5, x.shape)
+    depth = rng.uniform(3.0, 9.0, 63).astype(np.float32)[labels]
+    return labels, grey, depth, rng.random(x.shape) < rng.uniform(0, 0.7, 63)[labels], rng.random(x.shape) < 0.02
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_neighbours_merge_as_a_loop_over_all_borders_says(seed: int) -> None:
+    labels, grey, depth, edge, loose = _mosaic(seed)
+    p = RegionParameters(
+        max_edge_share=0.45, min_neck=3.0, min_open_share=0.5, border_ends=(0.5, 4.0)[seed % 2], min_area=20
+    )
+    count, (rows, columns) = int(labels.max()) + 1, np.mgrid[:45, :55]
+    planes = []
+    for i in range(count):
+        own = labels == i
+        design = np.column_stack([np.ones(own.sum()), columns[own], rows[own]])
+        planes.append(np.linalg.lstsq(design, grey[own], rcond=None)[0] if own.sum() > 3 else [grey[own].mean(), 0, 0])
+    borders = sum_borders(labels, edge, loose)
+    totals = _totals(grey, labels, depth, p)
+    inradius = np.array([depth[labels == i].max() for i in range(count)])
+    joined: list[tuple[int, int]] = []
+    opens: dict[int, list[tuple[float, int]]] = {i: [] for i in range(count)}
+    for a, b, (length, on_edge, x, y, strips, ends, _) in zip(*borders, strict=True):
+        here = np.array([1, x / length, y / length])
+        step, free = abs(float(here @ planes[a] - here @ planes[b])), length - on_edge
+        if min(inradius[a], inradius[b]) >= p.large:
+            few = on_edge <= max(p.max_edge_share * length, p.border_ends * strips)
+            if few and (free >= p.min_neck * min(inradius[a], inradius[b]) or ends == 0) and step <= p.max_step / 2:
+                joined.append((a, b))
+        for one, other in ((a, b), (b, a)):
+            affinity = free if free >= p.min_open_share * length and step <= p.max_step else 0.0
+            affinity += 1e-3 * length * ((labels == one).sum() < p.min_area)
+            if inradius[one] < p.large and affinity > 0:
+                opens[one].append((-affinity, other))
+    chosen = [(one, min(others)[1]) for one, others in opens.items() if others]
+    expected = label_components(np.array(joined + chosen), count)
+    found = _components(borders, totals, p)
+    assert found is not None
+    assert found.tolist() == expected.tolist()
+    assert (len(joined) > 0, 1 < found.max() < count - 10) == (True, True)
+
+    merged = found[labels]
+    (a, b, sums), regions = _contract(borders, totals, found)
+    np.testing.assert_allclose(regions, _totals(grey, merged, depth, p))
+    again = sum_borders(merged, edge, loose)
+    assert (a.tolist(), b.tolist()) == (again[0].tolist(), again[1].tolist())
+    others = np.isin(np.arange(7), (STRIPS, ASLANT), invert=True)
+    np.testing.assert_allclose(sums[:, others], again[2][:, others])
+    left = found[borders[0]] != found[borders[1]]
+    np.testing.assert_allclose(sums[:, ~others].sum(axis=0), borders[2][left][:, ~others].sum(axis=0))
+
+
+def test_nothing_merges_that_has_no_border_or_opens_to_nothing() -> None:
+    one, p = np.zeros((9, 18), np.int32), RegionParameters()
+    two = (one + np.arange(18) // 9).astype(np.int32)
+    for labels in (one, two):
+        depth, free = np.full(labels.shape, 9.0, np.float32), np.zeros(labels.shape, bool)
+        assert (
+            _components(sum_borders(labels, free, free), _totals(90.0 * np.asarray(labels, float), labels, depth, p), p)
+            is None
+        )
+
+
+@pytest.mark.parametrize("area", [1, 6, 12])
+def test_regions_that_are_large_enough_are_numbered_in_order(area: int) -> None:
+    labels = np.random.default_rng(3).integers(-1, 9, (8, 11)).astype(np.int32)
+    large = [i for i in range(9) if (labels == i).sum() >= area]
+    expected = [[large.index(i) if i in large else -1 for i in row] for row in labels.tolist()]
+    assert _renumber(labels, area).tolist() == expected
+
+
+def test_pixels_of_edges_are_shared_out_by_the_side_of_their_centre() -> None:
+    rng = np.random.default_rng(7)
+    labels = np.kron(rng.integers(0, 5, (9, 8)), np.ones((3, 3), int)).astype(np.int32)
+    pixel = np.sort(rng.choice(labels.size, 200, replace=False)).astype(np.int32)
+    turn, off = rng.uniform(-np.pi, np.pi, 200), rng.uniform(-0.5, 0.5, (2, 200))
+    one = np.ones(200)
+    edges = EdgeElements(pixel % 24 + off[0], pixel // 24 + off[1], np.cos(turn), np.sin(turn), one, one, one, pixel)
+    p, expected, moved = RegionParameters(), labels.copy(), 0
+    for i, (r, c) in enumerate(zip(*np.divmod(pixel, 24), strict=True)):
+        normal, place = np.array([np.cos(turn[i]), np.sin(turn[i])]), np.array([edges.x[i], edges.y[i]])
+        side = p.edge_distance * np.sign(([c, r] - place) @ normal)
+        x, y = np.clip(np.rint(place + side * normal), 0, [23, 26]).astype(int)
+        beside = [labels[min(max(r + d, 0), 26), min(max(c + e, 0), 23)] for d, e in ((0, 1), (0, -1), (1, 0), (-1, 0))]
+        if labels[y, x] in beside:
+            moved += labels[r, c] != labels[y, x]
+            expected[r, c] = labels[y, x]
+    _share_out(labels, edges, p)
+    assert labels.tolist() == expected.tolist()
+    assert moved > 5
+
+
+def test_ends_run_on_to_the_first_pixel_of_the_mask_or_the_border() -> None:
+    rng = np.random.default_rng(8)
+    mask = rng.random((30, 40)) < 0.06
+    place, turn = rng.uniform([1, 1], [38, 28], (60, 2)), rng.uniform(-np.pi, np.pi, 60)
+    outward, reach = np.column_stack([np.cos(turn), np.sin(turn)]), rng.uniform(1.0, 12.0, 60)
+    expected = []
+    for at, way, most in zip(place, outward, reach, strict=True):
+        for step in range(2, int(most) + 1):
+            x, y = np.rint(at + step * way).astype(int)
+            if not (0 <= x < 40 and 0 <= y < 30) or mask[y, x]:
+                expected.append([at, at + step * way])
+                break
+    found = _meetings(mask, place, outward, reach)
+    np.testing.assert_allclose(found, expected)
+    assert 10 < len(found) < 50
+    assert len(_meetings(mask, place[:0], outward[:0], reach[:0])) == 0
+
+
+def test_ends_are_lonely_that_have_no_point_of_another_arc_within_reach() -> None:
+    rng, p = np.random.default_rng(9), RegionParameters()
+    of, pixel = np.repeat(np.arange(12), 5), rng.choice(40 * 50, 60, replace=False)
+    place = np.column_stack([pixel % 50, pixel // 50]) + rng.uniform(-0.4, 0.4, (60, 2))
+    arcs = cast(Arcs, SimpleNamespace(x=place[:, 0], y=place[:, 1], chains=SimpleNamespace(chain_of_member=of)))
+    ends, arc = rng.uniform(-1, [51, 41], (400, 2)), rng.integers(0, 12, 400)
+    centre, at = np.rint(ends), np.rint(place)
+    inside = np.clip(at, 0, [49, 39])
+    expected = [
+        not any(o != a and np.hypot(*(q - e)) <= p.meeting for o, q in zip(of, inside, strict=True))
+        for a, e in zip(arc, centre, strict=True)
+    ]
+    assert _lonely(arcs, ends, arc, (40, 50), p).tolist() == expected
+    assert 5 < sum(expected) < 395

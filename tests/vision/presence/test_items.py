@@ -25,7 +25,9 @@ from vision.localisation.views import find_view_arcs
 from vision.localisation.visibility import PartsInView, RayGrid, SurfaceMap, VisibleArcs
 from vision.presence.items import (
     CLOSED,
+    CURVED,
     REGION,
+    STRAIGHT,
     Appearance,
     Items,
     UnexplainedElements,
@@ -465,6 +467,15 @@ def test_what_the_border_of_the_picture_cuts_is_told_by_the_rest() -> None:
     (region,) = np.flatnonzero((found := unexplained(draw_box((0.0, 150.0, 20.0, 150.0)))).kind == REGION)
     assert found.beyond[region]
     assert found.length[region] == pytest.approx(np.pi * 20, rel=0.3)
+    assert set(found.kind[found.arc >= 0]) == {CURVED}
+
+
+def test_a_bar_more_is_a_region_and_those_of_its_straight_edges_that_are_long_enough() -> None:
+    picture = draw_box()
+    picture[130:160, 140:200] += 50
+    found = unexplained(picture)
+    assert sorted(found.kind.tolist()) == sorted([STRAIGHT, STRAIGHT, REGION])
+    np.testing.assert_allclose(found.length[found.kind == STRAIGHT], 60, atol=4)
 
 
 def test_a_disc_that_hardly_differs_is_texture() -> None:
