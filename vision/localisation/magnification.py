@@ -35,7 +35,8 @@ def doubt_scale(scene: Scene, seen: Observation, prior: Prior) -> str | None:
         prediction = predict(scene, seen.rig.only(name), prior.world_from_rig, SAMPLES, MARGIN_PX)
         if not len(prediction.point):
             continue
-        scale, gain = measure_magnification(prediction, collect_edge_points(seen.pictures[name], camera))
+        points = collect_edge_points(seen.pictures[name], camera, seen.greys[name])
+        scale, gain = measure_magnification(prediction, points)
         open_scale = prior.sigma_translation_mm / float(np.median(np.linalg.norm(prediction.point, axis=1)))
         if np.log(scale) > max(LEAST_LOG_SCALE, SIGMAS * open_scale) and gain > LEAST_GAIN:
             return (
