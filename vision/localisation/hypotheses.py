@@ -70,8 +70,9 @@ def lie_within(low: Floats, high: Floats, pixel: Floats) -> Bools:
     return np.asarray(((pixel > low + 1) & (pixel < high - 1)).all(axis=1))
 
 
-def collect_edge_points(picture: Primitives, camera: Camera, grey: Bytes | Floats) -> EdgePoints:
-    """The edge elements of a picture of that grey (rows, columns), without the camera's distortion."""
+def collect_edge_points(picture: Primitives, camera: Camera, grey: Bytes | Floats | None = None) -> EdgePoints:
+    """The edge elements of a picture without the camera's distortion; its grey (rows, columns) says where light hides
+    them."""
     elements = picture.elements
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)
@@ -84,7 +85,8 @@ def collect_edge_points(picture: Primitives, camera: Camera, grey: Bytes | Float
         normal, sigma = normal / growth[:, None], sigma / growth
     contrast, grey_range = np.asarray(elements.contrast), max(picture.grey_range, MIN_GREY_RANGE)
     low, high = bound_elements(camera)
-    return EdgePoints(position, normal, contrast, sigma, low, high, grey_range, _find_glare(grey, camera, low, high))
+    glare = None if grey is None else _find_glare(grey, camera, low, high)
+    return EdgePoints(position, normal, contrast, sigma, low, high, grey_range, glare)
 
 
 def _find_glare(grey: Bytes | Floats, camera: Camera, low: Floats, high: Floats) -> Bools | None:
@@ -138,7 +140,6 @@ class Evidence:
 
     def expectation(self, pixel: Floats, direction: Floats) -> Floats:
         """Mean (n,) of the evidence that a right prediction gathers at these pixels (n, 2)."""
-        column, row = np.rint((pixel - self.origin) / self.cell).astype(np.int64).T
         index = np.floor(((pixel - self.origin) / self.cell - self.pad + 0.5) / self.block).astype(np.int64)
         index = np.clip(index, 0, np.array(self.chance.shape[:1:-1]) - 1)
         b = bin_orientations(direction)
@@ -148,7 +149,7 @@ class Evidence:
         ratio = np.log(share / q)
         nothing = (1 - DETECTION[0]) * np.clip(1 - q.sum(axis=0), 0, 1)
         miss = np.log(1 - DETECTION[0])
-        return np.asarray((self.field[b, row, column] != 0) * ((share * ratio).sum(axis=0) + nothing * miss))
+        return np.asarray((share * ratio).sum(axis=0) + nothing * miss)
 
 
 class Fields(list[Evidence]):

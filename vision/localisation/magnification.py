@@ -35,8 +35,7 @@ def doubt_scale(scene: Scene, seen: Observation, prior: Prior) -> str | None:
         prediction = predict(scene, seen.rig.only(name), prior.world_from_rig, SAMPLES, MARGIN_PX)
         if not len(prediction.point):
             continue
-        points = collect_edge_points(seen.pictures[name], camera, seen.greys[name])
-        scale, gain = measure_magnification(prediction, points)
+        scale, gain = measure_magnification(prediction, collect_edge_points(seen.pictures[name], camera))
         open_scale = prior.sigma_translation_mm / float(np.median(np.linalg.norm(prediction.point, axis=1)))
         if np.log(scale) > max(LEAST_LOG_SCALE, SIGMAS * open_scale) and gain > LEAST_GAIN:
             return (

@@ -245,9 +245,9 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     unlikely = total <= -p.least_log_odds
     settle(unlikely & (expected >= p.least_expected), NOT_CONFIRMED, MISSING)
     against = np.where(np.isin(items.kind, WITHIN), p.contradicted_within, p.contradicted_log_odds)
-    # What light hides from one picture it may hide from the others: one alone has to say as much.
-    alone = np.maximum(total, evidence.log_odds.min(axis=1))
-    gone = (alone <= -against - p.contradicted_by_share * share) & (expected >= p.least_expected)
+    # What light hides from one picture it hides from others: n pictures of a thing that is not seen are worth root n.
+    gone = total / np.sqrt(len(cameras)) <= -against - p.contradicted_by_share * share
+    gone &= expected >= p.least_expected
     settle(gone, CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
     part = np.array([level == "part" for level in items.level], bool)

@@ -105,8 +105,6 @@ def test_evidence_of_cells_is_that_of_what_lies_near_and_around(cell: float, rea
         direction = np.array([[np.cos(along), np.sin(along)]])
         np.testing.assert_allclose(found.expectation(pixel, direction), mean, rtol=1e-4)
     if lit:
-        pixel = edges.low + rng.uniform((0, 0), (lit - cell, 117), (50, 2))
-        assert not found.expectation(pixel, np.tile(direction, (50, 1))).any()
         beside = edges.low + np.array([[lit - 0.6, 5], [lit - 0.4, 5], [196.1, 5], [90, 0.9]])
         assert edges.can_show(beside).tolist() == [False, True, False, False]
     outside = np.ones((rows, columns), bool)

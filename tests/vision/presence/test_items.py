@@ -406,7 +406,7 @@ def unexplained(picture: Floats) -> UnexplainedElements:
     scene = box_scene([(np.array([-200.0, -140, -50]), np.array([400.0, 280, 50]))])
     rig = Rig({"left": ABOVE}, {"left": np.eye(4)})
     seen = make_primitives(extract(picture))
-    index = EdgeIndex(collect_edge_points(seen, ABOVE, picture))
+    index = EdgeIndex(collect_edge_points(seen, ABOVE))
     views = {"left": find_view_arcs(scene, ABOVE, POSE)}
     return find_unexplained(scene, rig, {"left": seen}, [index], POSE, views, UnexplainedParameters())
 

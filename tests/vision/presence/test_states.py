@@ -122,9 +122,10 @@ def test_cameras_and_edges_add_up() -> None:
 
 @pytest.mark.parametrize(
     ("left", "right", "state"),
-    [(-7.1, -3, "contradicted"), (-3, -7.1, "contradicted"), (-6.9, -6.9, "not_confirmed"), (-7.1, 2, "not_confirmed")],
+    [(-8, -2, "contradicted"), (-5, -4.8, "not_confirmed"), (-7.1, 2, "not_confirmed"), (-3, -7, "contradicted")],
 )
-def test_one_picture_alone_and_all_together_say_that_a_thing_is_gone(left: float, right: float, state: str) -> None:
+def test_two_pictures_of_what_is_not_seen_are_worth_the_root_of_two(left: float, right: float, state: str) -> None:
+    """Seven log odds are asked of one."""
     both = signs(((3, 4), 60, 60, 0.0, 1.0, 9), cameras=2)
     odds = np.where(both.runs.camera == 0, left, right)
     runs = replace(both.runs, log_odds=odds, in_light=np.zeros_like(both.runs.in_light) + odds[:, None])
