@@ -35,7 +35,7 @@ class VerdictParameters:
     """rarity that the best of all poses of a search has by chance; less says nothing for a pose"""
     most_rarity: float = 30.0  # rarity beyond which more says no more
     most_share: float = 1.0  # share of the expected evidence beyond which more evidence counts no more
-    least_share: float = 0.33
+    least_share: float = 0.25
     """share of the expected evidence below which it says nothing for a pose: 232 of the right part had .34 and more"""
     min_posterior: float = 0.95  # probability from which a pose is accepted
     max_absent_odds: float = 1.0
