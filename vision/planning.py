@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypedDict
 
 import cv2
@@ -22,7 +23,7 @@ from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.account.samples import collect_samples, weigh_samples
 from vision.cameras.cameras import Rig
 from vision.cameras.record import find_rig
-from vision.localisation.hypotheses import bound_elements
+from vision.localisation.hypotheses import bound_elements, lie_within
 from vision.localisation.views import find_view_arcs
 from vision.localisation.visibility import PART, PartsInView
 from vision.presence.displaced import find_axes
@@ -297,8 +298,8 @@ def predict_distinct_px(
     }
     if not any(len(view.run) for view in views.values()):
         return np.zeros(len(items))
-    bounds = [bound_elements(camera) for camera in rig.cameras.values()]
-    samples = collect_samples(stored, rig, bounds, world_from_rig, views, p.account.samples)
+    can_show = [partial(lie_within, *bound_elements(camera)) for camera in rig.cameras.values()]
+    samples = collect_samples(stored, rig, can_show, world_from_rig, views, p.account.samples)
     if not len(samples.run):
         return np.zeros(len(items))
     weight = np.bincount(samples.run, weigh_samples(samples, p.account.support), samples.run_count)

@@ -263,8 +263,8 @@ def take_account(
     """The account of what cameras see of a scene at a pose, by what it solved of the cameras; indexes, views: by
     camera."""
     lists, (responses, _) = [indexes[name] for name in rig.cameras], split_response(pose.camera_unknowns[:, RESPONSE])
-    bounds = [(index.edges.low, index.edges.high) for index in lists]
-    samples = collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples)
+    can_show = [index.edges.can_show for index in lists]
+    samples = collect_samples(stored, rig, can_show, pose.world_from_rig, views, p.samples)
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, lists, responses, p.samples)
     support = measure_support(samples, nearby, p.support)
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)

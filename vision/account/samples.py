@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -175,7 +175,7 @@ class Samples(Rows):
     point (n, 3): in the world; pixel, direction (n, 2): in the camera without distortion; normal (n, 2, 3): outward, of
     the two surfaces in the world; px_per_mm (n, 2): how far along the image normal (-dy, dx) the edge moves where that
     surface moves outward and the other stays, zero where the two are nearly tangent; length_px; front: how many of the
-    two surfaces face the camera; inside: whether it lies where edges can be found, off the picture's border.
+    two surfaces face the camera; inside: whether it lies where edges can be found, off the picture's border and glare.
     """
 
     camera: Ints
@@ -202,18 +202,18 @@ class Samples(Rows):
 def collect_samples(
     stored: StoredScene,
     rig: Rig,
-    bounds: Sequence[tuple[Floats, Floats]],
+    can_show: Sequence[Callable[[Floats], Bools]],
     world_from_rig: Floats,
     views: Mapping[str, ViewArcs],
     p: SampleParameters,
 ) -> Samples:
-    """The samples of what cameras see at a pose; bounds: where edges can be found, by camera in the rig's order."""
+    """The samples of what cameras see at a pose; can_show: whether pixels can show edges, by camera of the rig."""
     pieces: list[Samples] = []
     runs = 0
     for number, name in enumerate(rig.cameras):
-        piece = _of_view(stored, rig, number, bounds[number], world_from_rig, views[name])
+        piece = _of_view(stored, rig, number, world_from_rig, views[name])
         kept, run = np.unique(piece.run, return_inverse=True)
-        pieces.append(replace(piece, run=runs + run.ravel()))
+        pieces.append(replace(piece, run=runs + run.ravel(), inside=can_show[number](piece.pixel)))
         runs += len(kept)
     whole = Samples.stack(pieces)
     return replace(whole, kin=_find_kin(stored, whole, p))
@@ -233,9 +233,7 @@ def _find_kin(stored: StoredScene, samples: Samples, p: SampleParameters) -> Int
     return np.where(small[:, None], part, samples.surface)
 
 
-def _of_view(
-    stored: StoredScene, rig: Rig, number: int, bounds: tuple[Floats, Floats], world_from_rig: Floats, view: ViewArcs
-) -> Samples:
+def _of_view(stored: StoredScene, rig: Rig, number: int, world_from_rig: Floats, view: ViewArcs) -> Samples:
     name = list(rig.cameras)[number]
     pose = world_from_rig @ rig.rig_from_camera[name]
     seen, arcs = view.samples, len(stored.scene.arc_occurrence)
@@ -267,7 +265,7 @@ def _of_view(
         px_per_mm=np.einsum("nki,ni->nk", flow, image_normal),
         length_px=seen.length_px,
         front=(np.einsum("nki,ni->nk", normal, pose[:3, 3] - seen.point) > 0).sum(axis=1),
-        inside=np.asarray(((seen.pixel > bounds[0] + 1) & (seen.pixel < bounds[1] - 1)).all(axis=1)),
+        inside=np.ones(len(seen.arc), bool),
     )
     return whole.take(whole.kind != SMOOTH)
 

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Floats32, Ints
+from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints
 from relmodel.geometry.transforms import rotation_matrix, skew
 from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbations
 from vision.extraction.rows import Primitives
@@ -35,6 +35,7 @@ BACKGROUND_CELLS = 40.0  # weight of the whole picture's share in it
 BLOCK_PX = 16.0  # side of the blocks in which it is counted
 BORDER_PX = 6.0  # along the picture's border in which no edge can be found
 MIN_GREY_RANGE = 16.0  # least range that contrasts are related to
+BRIGHTEST, GLARE_PX = 250.0, 9  # grey from which nothing is brighter; side of a square of it that shows no edge
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class EdgePoints:
     """Edge elements of one picture in the pixels of its camera without distortion.
 
     position (n, 2), normal (n, 2) toward bright, contrast (n,) grey, sigma (n,) px along the normal.
-    `low`, `high` (2,): the box of those pixels that the picture covers.  `grey_range`: of the picture.
+    `low`, `high` (2,): the box of those pixels that the picture covers.  `grey_range`: of the picture.  `glare` (rows,
+    columns): which pixels of the box show no edge, all about them being as bright as can be; None where none is.
     """
 
     position: Floats
@@ -52,10 +54,25 @@ class EdgePoints:
     low: Floats
     high: Floats
     grey_range: float
+    glare: Bools | None = None
+
+    def can_show(self, pixel: Floats) -> Bools:
+        """Which pixels (n, 2) can show an edge: those in the picture that no glare hides."""
+        inside = lie_within(self.low, self.high, pixel)
+        if self.glare is None:
+            return inside
+        x, y = np.clip(np.rint(pixel - self.low), 0, np.array(self.glare.shape[::-1]) - 1).astype(np.int64).T
+        return np.asarray(inside & ~self.glare[y, x])
 
 
-def collect_edge_points(picture: Primitives, camera: Camera) -> EdgePoints:
-    """The edge elements of a picture without the camera's distortion."""
+def lie_within(low: Floats, high: Floats, pixel: Floats) -> Bools:
+    """Which pixels (n, 2) lie at least one inside a box."""
+    return np.asarray(((pixel > low + 1) & (pixel < high - 1)).all(axis=1))
+
+
+def collect_edge_points(picture: Primitives, camera: Camera, grey: Bytes | Floats | None = None) -> EdgePoints:
+    """The edge elements of a picture without the camera's distortion; its grey (rows, columns) says where light hides
+    them."""
     elements = picture.elements
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)
@@ -67,7 +84,24 @@ def collect_edge_points(picture: Primitives, camera: Camera) -> EdgePoints:
         growth = np.linalg.norm(normal, axis=1)
         normal, sigma = normal / growth[:, None], sigma / growth
     contrast, grey_range = np.asarray(elements.contrast), max(picture.grey_range, MIN_GREY_RANGE)
-    return EdgePoints(position, normal, contrast, sigma, *bound_elements(camera), grey_range)
+    low, high = bound_elements(camera)
+    glare = None if grey is None else _find_glare(grey, camera, low, high)
+    return EdgePoints(position, normal, contrast, sigma, low, high, grey_range, glare)
+
+
+def _find_glare(grey: Bytes | Floats, camera: Camera, low: Floats, high: Floats) -> Bools | None:
+    import cv2
+
+    lit = cv2.erode(np.asarray(grey, np.float32), np.ones((GLARE_PX, GLARE_PX), np.uint8)) >= BRIGHTEST
+    if not lit.any():
+        return None
+    columns, rows = (np.ceil(high - low) + 1).astype(int).tolist()
+    x, y = np.rint(camera.undistort(np.argwhere(lit)[:, ::-1].astype(float)) - low).astype(np.int64).T
+    inside = (x >= 0) & (y >= 0) & (x < columns) & (y < rows)
+    out = np.zeros((rows, columns), np.uint8)
+    out[y[inside], x[inside]] = 1
+    # Where the lens spreads pixels some between them are hit by none.
+    return np.asarray(cv2.morphologyEx(out, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)) > 0)
 
 
 def bound_elements(camera: Camera) -> tuple[Floats, Floats]:
@@ -155,6 +189,10 @@ def build_evidence(edges: EdgePoints, cell: float, reach: float, pad: int) -> Ev
     near = np.stack([cv2.dilate(layer, disc) for layer in strongest])
     width, height = (edges.high - edges.low) / cell
     covered = (np.arange(rows) <= height + 0.5)[:, None] & (np.arange(columns) <= width + 0.5)
+    if edges.glare is not None:  # what light hides speaks neither for a pose nor against it
+        sides = zip(covered.shape, edges.glare.shape, strict=True)
+        at = [np.minimum(np.rint(np.arange(cells) * cell).astype(int), last - 1) for cells, last in sides]
+        covered &= ~edges.glare[np.ix_(*at)]
     cells = float(covered.sum())
 
     blocks = (rows // block, columns // block)

@@ -291,7 +291,9 @@ def localise(
     the prior is open, they take the place of a scan of the prior's volume.  weigh: tells a few rivals apart.
     """
     clock, rig, pictures = Clock(), seen.rig, seen.pictures
-    points = {name: collect_edge_points(pictures[name], camera) for name, camera in rig.cameras.items()}
+    # Under a prior a white ground would excuse what a like object lacks; without one the join explained the pictures.
+    greys = seen.greys if prior.is_open else {}
+    points = {name: collect_edge_points(pictures[name], it, greys.get(name)) for name, it in rig.cameras.items()}
     odds = {name: partner_odds(pictures[name], has) for name, has in seen.partnered.items()}
     indexes = {name: EdgeIndex(own, odds.get(name, 0.0)) for name, own in points.items()}
     starts = keep_worthy(starts or Perturbations(np.zeros((0, 6)), np.zeros(0)), prior)

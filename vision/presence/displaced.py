@@ -538,12 +538,12 @@ def look_beneath(
     if not len(loose):
         return nothing
     bare = replace(stored, scene=stored.scene.without(np.isin(piece_of, loose)))
-    bounds = [(index.edges.low, index.edges.high) for index in indexes]
+    can_show = [index.edges.can_show for index in indexes]
     arcs = {
         name: find_view_arcs(bare.scene, camera, world_from_rig @ rig.rig_from_camera[name])
         for name, camera in rig.cameras.items()
     }
-    beneath = collect_samples(bare, rig, bounds, world_from_rig, arcs, p.account.samples)
+    beneath = collect_samples(bare, rig, can_show, world_from_rig, arcs, p.account.samples)
     covering = np.full(len(beneath.run), -1)
     for number, shown in enumerate(maps):
         rows = np.flatnonzero(beneath.camera == number)

@@ -135,14 +135,13 @@ class Appearance:
 def look_at_features(
     items: Items,
     samples: Samples,
-    found: Bools,
     normal: Floats,
     greys: Sequence[Bytes | Floats],
     seen: Sequence[SurfaceMap],
     p: AppearanceParameters,
 ) -> Appearance:
-    """The appearance of all features and surfaces; samples: the rims of holes among others; found (n,): which are in
-    place; normal (s, 3): of `find_normals`; greys (rows, columns), seen: by camera, in the rig's order."""
+    """The appearance of all features and surfaces; samples: the rims of holes among others; normal (s, 3): of
+    `find_normals`; greys (rows, columns), seen: by camera, in the rig's order."""
     pieces = []
     for camera, (grey, shown) in enumerate(zip(greys, seen, strict=True)):
         patches = _find_patches(items, samples.take(samples.camera == camera), grey, shown, normal, p)
@@ -155,26 +154,9 @@ def look_at_features(
     # Each camera that looks through must see another thing.
     worst = greatest(np.where(np.isfinite(through), through, -np.inf), item, count, -np.inf)
     stopped = (total <= -p.stopped_log_odds) & np.isfinite(worst) & (worst < -p.camera_log_odds)
-    stopped &= ~_see_far_rims(items, samples, found, seen, len(normal), p)
     order = np.lexsort((camera_no, item))
     columns = (item, camera_no, pixels, grey_of, around, like, odds, stopped[item])
     return Appearance(*(np.asarray(column)[order] for column in columns))
-
-
-def _see_far_rims(
-    items: Items, samples: Samples, found: Bools, seen: Sequence[SurfaceMap], surfaces: int, p: AppearanceParameters
-) -> Bools:
-    """Which items (n,) show in place the rim where they leave the part, of a wall that is seen and a face that is not:
-    nothing before that rim stops them."""
-    shows = np.stack([shown.count_pixels(surfaces) > 0 for shown in seen])[samples.camera[:, None], samples.surface]
-    bore = np.isin(np.array(items.kind), THROUGH)[items.member]
-    hole = np.full(surfaces + 1, _NONE)  # the last stands for no surface
-    hole[items.surface[bore]] = items.member[bore]
-    other = samples.surface[:, ::-1]
-    row, side = np.nonzero((hole[samples.surface] != _NONE) & shows & ~shows[:, ::-1] & (other >= 0))
-    item, px = hole[samples.surface[row, side]], samples.length_px[row] * samples.inside[row]
-    length, rim = (np.bincount(item, px * counted, len(items)) for counted in (np.ones(len(row)), found[row]))
-    return np.asarray((length >= p.least_rim_px) & (rim >= p.least_rimmed * length))
 
 
 def find_normals(scene: Scene) -> Floats:
@@ -267,7 +249,8 @@ def _find_patches(
 
     through = np.full(len(items), np.nan)
     looks_through = is_empty[part] & (total > p.least_cells)
-    through[item[looks_through]] = odds[looks_through]
+    sure = np.minimum(look.cells[part] / p.sure_cells, 1.0)
+    through[item[looks_through]] = (odds * sure)[looks_through]
     rows = np.unique(item)
     cells, pixels = add_up(counted)[rows], add_up(look.cells[part])[rows] * shown.rays.step**2
     means = [add_up(counted * values)[rows] / cells for values in (mean[:, 0], beside, like[:, 0], odds)]

@@ -53,9 +53,7 @@ class AppearanceParameters:
 
     least_cells: float = 5.0
     """cells of the map of surfaces, clear of its border, from which a patch, or what is around one, says something"""
-    least_rimmed: float = 0.7
-    """share of the edges around an opening that must be the hole's, and of its far rim that must be in place"""
-    least_rim_px: float = 20.0  # px of that rim
+    least_rimmed: float = 0.7  # share of the edges around an opening that must be the hole's
     grey: float = 6.0  # grey levels, 0..255, by which patches of one thing differ, one standard deviation
     texture: float = 0.25  # the same of their texture, log of grey levels
     alike: float = 0.35  # by how much unit normals of faces differ that look alike, one standard deviation

@@ -122,7 +122,7 @@ REASONS = (
     "its size differs from the model's",
     "no sharp edge of it is in view",
     "its edges are too short in the picture",
-    "its edges lie too near to others or to the picture's border",
+    "its edges lie too near to others, to the picture's border, or in light that hides them",
     "little contrast is expected of its edges",
     "some of its edges are found, some are not",
     "something else shows through it than lies behind",
@@ -245,7 +245,9 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     unlikely = total <= -p.least_log_odds
     settle(unlikely & (expected >= p.least_expected), NOT_CONFIRMED, MISSING)
     against = np.where(np.isin(items.kind, WITHIN), p.contradicted_within, p.contradicted_log_odds)
-    gone = (total <= -against - p.contradicted_by_share * share) & (expected >= p.least_expected)
+    # What light hides from one picture it hides from others: n pictures of a thing that is not seen are worth root n.
+    gone = total / np.sqrt(len(cameras)) <= -against - p.contradicted_by_share * share
+    gone &= expected >= p.least_expected
     settle(gone, CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
     part = np.array([level == "part" for level in items.level], bool)
@@ -384,7 +386,7 @@ def assess(
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
     greys = [seen.greys[name] for name in rig.cameras]
-    appearance = look_at_features(items, samples, support.found, find_normals(stored.scene), greys, maps, p.appearance)
+    appearance = look_at_features(items, samples, find_normals(stored.scene), greys, maps, p.appearance)
     displacements = measure_displacements(stored, *where, samples, it.nearby, support, runs, p)
     uncovered = look_beneath(stored, *where, samples, it.sides, runs, maps, p)
     distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 from typing import cast
 
@@ -25,7 +26,7 @@ from vision.account.samples import (
     look_at_sides,
     measure_support,
 )
-from vision.localisation.hypotheses import EdgePoints, bound_elements
+from vision.localisation.hypotheses import EdgePoints, bound_elements, lie_within
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import find_view_arcs
 from vision.presence.presence_parameters import DEFAULTS
@@ -75,9 +76,9 @@ def box_samples(grown: float = 0.0, small: float = 500.0) -> tuple[Scene, Sample
     scene = box_scene([plate, (np.array([-50.0, -40, 0]), np.array([100.0, 80, 40 + grown]))])
     rig, pose = stereo_rig(), above(10, -20, 560)
     views = {n: find_view_arcs(scene, camera, pose @ rig.rig_from_camera[n]) for n, camera in rig.cameras.items()}
-    bounds = [bound_elements(camera) for camera in rig.cameras.values()]
+    can_show = [partial(lie_within, *bound_elements(camera)) for camera in rig.cameras.values()]
     p = replace(P.account.samples, small_part_px=small)
-    return scene, collect_samples(stored(scene), rig, bounds, pose, views, p), pose
+    return scene, collect_samples(stored(scene), rig, can_show, pose, views, p), pose
 
 
 def test_samples_move_with_the_faces_they_lie_on() -> None:

@@ -88,7 +88,26 @@ def test_edges_of_straight_lines_are_straight_again(count: int, monkeypatch: pyt
         raise AssertionError("OpenCV works out derivatives by all that it can calibrate")
 
     monkeypatch.setattr(cv2, "projectPoints", refuse)
-    edges = collect_edge_points(picture, camera)
+    edges = collect_edge_points(picture, camera, np.full((480, 640), 249.0))
+    assert edges.can_show(plain).all()
     np.testing.assert_allclose(edges.position, plain, atol=1e-9)
     np.testing.assert_allclose(edges.normal, np.stack([along[:, 1], -along[:, 0]], axis=1), atol=1e-7)
     np.testing.assert_allclose(edges.sigma, 0.5, atol=1e-7)
+
+
+@pytest.mark.parametrize("count", [0, 5])
+def test_light_hides_edges_where_all_about_them_is_as_bright_as_can_be(count: int) -> None:
+    """A disc of light: within 5 px of its rim edges show, also where the lens moves them."""
+    camera = Camera(640, 480, SKEWED, np.array(COEFFICIENTS[:count]))
+    y, x = np.mgrid[:480, :640]
+    away = np.hypot(x - 150, y - 120)
+    plain = np.random.default_rng(1).uniform([20, 20], [620, 460], (2000, 2))
+    edges = collect_edge_points(
+        lines(camera, plain, np.tile([1.0, 0], (2000, 1))), camera, np.where(away < 80, 250, 99)
+    )
+    ideal = np.column_stack([camera.normalise(plain), np.ones(2000)])
+    rim = 80 - np.hypot(*(camera.project(ideal)[0] - (150, 120)).T)
+    hidden = ~edges.can_show(plain)
+    assert hidden[rim > 8].all()
+    assert not hidden[rim < 3].any()
+    assert hidden.sum() > 50

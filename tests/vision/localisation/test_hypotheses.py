@@ -50,9 +50,11 @@ def turn_of(direction: Floats) -> int:
     return int(np.rint(np.degrees(np.arctan2(direction[1], direction[0])) / 11.25)) % 16
 
 
-@pytest.mark.parametrize(("cell", "reach", "pad"), [(2.0, 3.0, 1), (4.0, 6.0, 3)])
-def test_evidence_of_cells_is_that_of_what_lies_near_and_around(cell: float, reach: float, pad: int) -> None:
+@pytest.mark.parametrize(("cell", "reach", "pad", "lit"), [(2.0, 3.0, 1, 0), (4.0, 6.0, 3, 0), (4.0, 6.0, 3, 60)])
+def test_evidence_of_cells_is_that_of_what_lies_near_and_around(cell: float, reach: float, pad: int, lit: int) -> None:
+    """Light hides `lit` columns of the picture: no cell of these speaks."""
     edges, block = some_edges(1), round(16 / cell)
+    edges = replace(edges, glare=np.tile(np.arange(198) < lit, (118, 1)) if lit else None)
     found = build_evidence(edges, cell, reach, pad)
     rows, columns = (np.ceil((np.ceil(np.array([117.0, 197.0]) / cell) + 1) / block) * block).astype(int)
     assert found.field.shape == (16, rows + 2 * pad, columns + 2 * pad)
@@ -63,7 +65,10 @@ def test_evidence_of_cells_is_that_of_what_lies_near_and_around(cell: float, rea
     if round(reach / cell) == 1:
         offsets = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)]
     inside = [
-        (r, c) for r in range(rows) for c in range(columns) if r * cell <= 117 + cell / 2 and c * cell <= 197 + cell / 2
+        (r, c)
+        for r in range(rows)
+        for c in range(columns)
+        if r * cell <= 117 + cell / 2 and lit <= c * cell <= 197 + cell / 2
     ]
     turn, rng = 5, np.random.default_rng(0)
     classes, strong = np.zeros((2, rows, columns), int)
@@ -100,6 +105,9 @@ def test_evidence_of_cells_is_that_of_what_lies_near_and_around(cell: float, rea
         mean = (show * np.log(show / q)).sum() + 0.25 * (1 - q.sum()) * np.log(0.25)
         direction = np.array([[np.cos(along), np.sin(along)]])
         np.testing.assert_allclose(found.expectation(pixel, direction), mean, rtol=1e-4)
+    if lit:
+        beside = edges.low + np.array([[lit - 0.6, 5], [lit - 0.4, 5], [196.1, 5], [90, 0.9]])
+        assert edges.can_show(beside).tolist() == [False, True, False, False]
     outside = np.ones((rows, columns), bool)
     outside[tuple(np.array(inside).T)] = False
     assert not found.field[:, pad : pad + rows, pad : pad + columns][:, outside].any()

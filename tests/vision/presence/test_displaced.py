@@ -404,8 +404,7 @@ def uncovered(missing: list[int]) -> Uncovered:
     there = SCENE.without(np.isin(np.arange(len(PATHS)), missing))
     model, view, rng = stored(), view_model(SCENE, RIG, RIG_POSE), np.random.default_rng(5)
     indexes = [edges_of(arcs.samples, rng, 0.2) for arcs in view_model(there, RIG, RIG_POSE).arcs.values()]
-    within = [(index.edges.low, index.edges.high) for index in indexes]
-    samples = collect_samples(model, RIG, within, RIG_POSE, view.arcs, P.account.samples)
+    samples = collect_samples(model, RIG, [it.edges.can_show for it in indexes], RIG_POSE, view.arcs, P.account.samples)
     sides = look_at_sides(SCENE, RIG, RIG_POSE, samples, P.account.sides)
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, np.zeros(2), P.account.samples)
     runs = weigh_runs(samples, measure_support(samples, nearby, P.account.support), sides, P.account.runs)

@@ -93,7 +93,11 @@ def decided(it: Signs, cameras: int = 1) -> Presence:
         ((60, 60, 0.0, -7.0, 2.0), "contradicted", "its edges are not found, where they would show"),
         ((60, 60, 0.2, -14.9, 9), "not_confirmed", "its edges are not found, where they would show"),
         ((60, 60, 0.2, -15.1, 9), "contradicted", "its edges are not found, where they would show"),
-        ((60, 29, 0.9, 9.0, 9), "undecidable", "its edges lie too near to others or to the picture's border"),
+        (
+            (60, 29, 0.9, 9.0, 9),
+            "undecidable",
+            "its edges lie too near to others, to the picture's border, or in light that hides them",
+        ),
         ((29, 29, 0.9, 9.0, 9), "undecidable", "its edges are too short in the picture"),
         ((30, 30, 0.9, 9.0, 9), "confirmed", "its edges are found"),
         ((0, 0, 0.0, 0.0, 0), "undecidable", "no sharp edge of it is in view"),
@@ -117,10 +121,22 @@ def test_cameras_and_edges_add_up() -> None:
 
 
 @pytest.mark.parametrize(
+    ("left", "right", "state"),
+    [(-8, -2, "contradicted"), (-5, -4.8, "not_confirmed"), (-7.1, 2, "not_confirmed"), (-3, -7, "contradicted")],
+)
+def test_two_pictures_of_what_is_not_seen_are_worth_the_root_of_two(left: float, right: float, state: str) -> None:
+    """Seven log odds are asked of one."""
+    both = signs(((3, 4), 60, 60, 0.0, 1.0, 9), cameras=2)
+    odds = np.where(both.runs.camera == 0, left, right)
+    runs = replace(both.runs, log_odds=odds, in_light=np.zeros_like(both.runs.in_light) + odds[:, None])
+    assert said(decided(replace(both, runs=runs), 2))["other"][0] == state
+
+
+@pytest.mark.parametrize(
     ("px", "distinct", "why"),
     [
         (20, 20, "its edges are found"),
-        (20, 10, "its edges lie too near to others or to the picture's border"),
+        (20, 10, "its edges lie too near to others, to the picture's border, or in light that hides them"),
         (10, 10, "its edges are too short in the picture"),
     ],
 )
