@@ -31,8 +31,7 @@ def list_elements(
     `limits`: reach, least cosine, max_along.  Elements count that lie within the reach (px) along the normal (-dy, dx)
     and within `max_along` px of it, with a normal within the cosine of it.  Elements are bucketed by whole pixels
     (start, order): `size` (2,) columns and rows of them, from the pixel `low` (2,) on.  `first` (n + 1,): with no room
-    in `offset` it is given how many each pixel has, behind its place; else it says where each pixel's begin.
-    """
+    in `offset` it is given how many each pixel has, behind its place; else it says where each pixel's begin."""
     columns, rows = size[0], size[1]
     reach, min_cosine, nearby = limits[0], limits[1], limits[2]
     counting = len(offset) == 0

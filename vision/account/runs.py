@@ -42,8 +42,7 @@ class EdgeRuns(Rows):
     weight_px: of it what can be distinguished from other edges; found: share of that which is supported; chance: share
     that chance supports; shows: probability that such an edge shows; log_odds: of there against not there; expected:
     what they would be in the mean were it there; in_light (r, k): log odds in k lights, equally likely, from one in
-    which few edges show to one in which most do: the edges of a thing are seen in the same.
-    """
+    which few edges show to one in which most do: the edges of a thing are seen in the same."""
 
     camera: Ints
     view_run: Ints
@@ -154,8 +153,7 @@ def weigh_absence(item: Ints, rows: EdgeRuns, count: int, cameras: int, p: RunPa
     In a picture those of one pair of surfaces, and of an arc that has nothing on one side, are there or not together.
     An edge that one picture shows is not gone from another.  What share of its edges an item would lack is not known:
     those of `missing` are as likely one as another.  So no edge that is found pays for another one that should show and
-    does not.
-    """
+    does not."""
     sides = np.sort(np.where(rows.surface < 0, -2 - rows.arc[:, None], rows.surface), axis=1)
     seen, row = np.unique(np.column_stack([item, sides, rows.camera]), axis=0, return_inverse=True)
     edge = np.unique(seen[:, :3], axis=0, return_inverse=True)[1].ravel()

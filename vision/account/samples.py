@@ -24,8 +24,7 @@ class Sides(Rows):
 
     sample (m,): those looked at; surface (m, 2): the scene's, -1 for none; normal (m, 2, 3): in the world, zero for
     none; rise (m, 2): sine of the angle by which what is seen on one side rises over the plane of the other: both are
-    positive in a corner, negative on a ridge, and differ where one side occludes the other.
-    """
+    positive in a corner, negative on a ridge, and differ where one side occludes the other."""
 
     sample: Ints
     surface: Ints
@@ -70,8 +69,7 @@ class SampleSupport:
     where a predicted edge of other surfaces lies so near that the picture cannot tell the two apart; chance: share of
     the places nearby, off all predicted edges, where an element lies as well; contrast: grey of the strongest that was
     found, 0 for none; owner: of each row of `Nearby` the sample nearest to its element, -1 where none lies within the
-    tolerance.
-    """
+    tolerance."""
 
     found: Bools
     weight: Floats
@@ -85,8 +83,7 @@ def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> S
     nearest.
 
     Edges that share a surface, as both rims of a bore in a thin web do, may share their elements, and so may the edges
-    of a part that shows little, as the head of a bolt: they are present or absent together.
-    """
+    of a part that shows little, as the head of a bolt: they are present or absent together."""
     n, away = len(samples.run), np.abs(nearby.offset)
     nearest, owner = _find_owners(samples, nearby, p)
     alien = ~share_surface(samples.kin[nearby.sample], samples.kin[owner[nearby.element]])
@@ -285,8 +282,7 @@ class Nearby:
     sample's begin.
 
     sample; element: index in its picture's, plus those of the cameras before; offset: px along the image normal, the
-    camera's response shift taken off; contrast: grey, above zero where the bright side lies along the normal.
-    """
+    camera's response shift taken off; contrast: grey, above zero where the bright side lies along the normal."""
 
     first: Ints
     sample: Ints

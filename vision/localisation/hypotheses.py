@@ -44,8 +44,7 @@ class EdgePoints:
 
     position (n, 2), normal (n, 2) toward bright, contrast (n,) grey, sigma (n,) px along the normal.
     `low`, `high` (2,): the box of those pixels that the picture covers.  `grey_range`: of the picture.  `glare` (rows,
-    columns): which pixels of the box show no edge, all about them being as bright as can be; None where none is.
-    """
+    columns): which pixels of the box show no edge, all about them being as bright as can be; None where none is."""
 
     position: Floats
     normal: Floats

@@ -57,8 +57,7 @@ def scan(
     """For each pose (p, 12) the best of many common image shifts: fills best_score (p,) and best_shift (p,).
 
     jump (c, s): how far in `field` each shift leads, whole cells, at most `pad` along rows and columns; penalty (p, s):
-    what the prior takes off; worked in `total` (s,).
-    """
+    what the prior takes off; worked in `total` (s,)."""
     samples, view, cameras, layout, field, cell, orientations = evidence
     slots = len(total)
     for p in range(len(poses)):
@@ -147,8 +146,7 @@ def climb(
 ) -> None:
     """Pattern search of each perturbation `delta` (p, 6) of the prior along `basis` (6, 6; columns move about 1 px).
 
-    Maximises evidence - delta' information delta / 2; overwrites `delta`, fills `score` (p,), works in `room` (18,).
-    """
+    Maximises evidence - delta' information delta / 2; overwrites `delta`, fills `score` (p,), works in `room` (18,)."""
     pose, trial = room[:12], room[12:]
     for p in range(len(delta)):
         best = delta[p]
@@ -210,8 +208,7 @@ def nearest_edges(
     `max_along` px of it, with a tangent within the cosine of the predicted direction; the one with the highest
     log(strength) - (offset / scale)^2 / 2 wins; found = -1 for none.
     The normal is the direction turned a quarter: (-dy, dx).  Elements are bucketed by whole pixels (start, order):
-    `size` (2,) columns and rows of them, from the pixel `low` (2,) on.
-    """
+    `size` (2,) columns and rows of them, from the pixel `low` (2,) on."""
     columns, rows = size[0], size[1]
     reach, scale, min_cosine, max_along = limits[0], limits[1], limits[2], limits[3]
     box = int(np.ceil(reach + max_along))
@@ -264,8 +261,7 @@ def covered(
     planes through the camera and the triangle's three sides, on whose negative side a ray that meets it lies.
     Triangles stand by surface: those of s are first[s]:first[s + 1]; group g has the surfaces
     surfaces[group_first[g]:group_first[g + 1]].  `met` (rows, columns), zeros at first: the last group, counted from 1,
-    that a ray met.
-    """
+    that a ray met."""
     for g in range(len(total)):
         for k in range(group_first[g], group_first[g + 1]):
             for t in range(first[surfaces[k]], first[surfaces[k] + 1]):

@@ -1,7 +1,6 @@
 """The parameters of localisation that a run records: seeds, and what its verdict is told by.
 
-Evidence is in natural logarithms of odds.
-"""
+Evidence is in natural logarithms of odds."""
 
 from dataclasses import dataclass, field
 

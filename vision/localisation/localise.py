@@ -260,8 +260,7 @@ class Localisation:
     single_cameras: the pose each camera gives by itself, in the rig's order (where there are several).
     rig: as it stands at the best pose, with the unknowns of its cameras solved.
     edge_indexes: by camera, the edge elements of its picture.  views: by camera, what is seen at the best pose.
-    timings_s by step.  stages: what the search kept, and what became of it.
-    """
+    timings_s by step.  stages: what the search kept, and what became of it."""
 
     verdict: Verdict
     best: RefinedPose | None
@@ -288,8 +287,7 @@ def localise(
     """The pose of the rig from what its cameras saw.
 
     starts: poses that a join gives, perturbations of the prior, with what each explains; where one explains enough, or
-    the prior is open, they take the place of a scan of the prior's volume.  weigh: tells a few rivals apart.
-    """
+    the prior is open, they take the place of a scan of the prior's volume.  weigh: tells a few rivals apart."""
     clock, rig, pictures = Clock(), seen.rig, seen.pictures
     # Under a prior a white ground would excuse what a like object lacks; without one the join explained the pictures.
     greys = seen.greys if prior.is_open else {}
@@ -351,8 +349,7 @@ def _order(
     """Put the hypotheses that stand before the others, the one nearest the prior first.
 
     Also gives the rows of those that stand, without those that a symmetry of the model makes of the first, and the
-    motions (4, 4) of the symmetries, None where there is none.
-    """
+    motions (4, 4) of the symmetries, None where there is none."""
     standing = find_standing(HypothesisTable.of(hypotheses), p.verdict)
     rest = np.setdiff1d(np.arange(len(hypotheses)), standing)
     best, *others = [hypotheses[h] for h in (*standing, *rest)]

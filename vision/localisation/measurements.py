@@ -1,6 +1,5 @@
 """Sub-pixel edge elements beside the samples of a prediction, and what of the cameras is solved along with the
-pose.
-"""
+pose."""
 
 from __future__ import annotations
 
@@ -218,8 +217,7 @@ class Measurements:
     that element; sigma (n,) px with the tolerance of its arc; weight (n,) of the robust loss, 0..1, zero where the
     sample is excluded; slope (n,): derivative of weight times offset by the offset; arc_shift (n,) px: standard
     deviation by which the image of its arc may be shifted as a whole; response (n,): derivative of the offset's
-    prediction by its camera's response; jacobian (n, 6 + u) by the pose and what is solved of the cameras.
-    """
+    prediction by its camera's response; jacobian (n, 6 + u) by the pose and what is solved of the cameras."""
 
     pixel: Floats
     direction: Floats

@@ -60,8 +60,7 @@ def compute_covariance(
     says), by a random effect whose variance is common to all arcs and is estimated from how far their mean offsets
     scatter, what the pose has followed taken off (Henderson's analysis of variance).  One arc may lie on another edge
     altogether: how far the pose moves without it counts besides, arc by arc (jackknife).  Where the model has a
-    tolerance, an arc lies elsewhere for all cameras alike.  The priors err by their covariance.
-    """
+    tolerance, an arc lies elsewhere for all cameras alike.  The priors err by their covariance."""
     group = prediction.image_of_arc
     weight = m.weight / m.sigma**2
     data = (held.jacobian * weight[:, None]).T @ held.jacobian
@@ -160,8 +159,7 @@ class RefinedPose:
     solved (u,): what was solved of the cameras, of which their unknowns follow; left (6 + u, 6 + u): covariance of pose
     and that, were all errors of the measurements independent; strain: half of the sum of squares by which standpoints
     are off, in sigmas.
-    cost: half of the prior's distance squared and the strain, less the evidence of edges and outlines.
-    """
+    cost: half of the prior's distance squared and the strain, less the evidence of edges and outlines."""
 
     world_from_rig: Floats
     covariance: Floats
@@ -254,8 +252,7 @@ class Fit:
         contradicts the others is left out of the least squares, where the whole then gathers enough evidence with that
         part looked for near its place.  Where two that determine the pose about equally contradict each other, either
         may be off.  All such explanations are `others` of the pose, and its covariance joins them in proportion to
-        their evidence.  The start stays where it has clearly more evidence.
-        """
+        their evidence.  The start stays where it has clearly more evidence."""
         refined = self.solve(world_from_rig, self._none)
         rejected: list[RefinedPose] = []
         while others := [h for c in self.find_outliers(refined) if (h := self.leave_out(refined, c)) is not None]:
@@ -289,8 +286,7 @@ class Fit:
         print: fitted by all rounds without the arc, then roughly with it.
 
         An arc that alone determines the pose in some direction fits wherever it lies, so that nothing at the pose
-        itself tells; of these, the ones that determine most.
-        """
+        itself tells; of these, the ones that determine most."""
         without = (
             self.solve(refined.world_from_rig, refined.excluded, arc=arc).world_from_rig
             for arc in self.find_leading_arcs(refined)
@@ -473,8 +469,7 @@ def _find_consensus(m: Measurements, prediction: Prediction, prior: Prior, world
     """The step (6,) on which most of the measured length agrees, of steps that few arcs make and of none.
 
     Where a structure of the model stands elsewhere in the world, least squares lies between it and the rest however
-    robust the loss; a step from a few arcs of the rest does not (Fischler and Bolles, with arcs as the unit).
-    """
+    robust the loss; a step from a few arcs of the rest does not (Fischler and Bolles, with arcs as the unit)."""
     hit = np.flatnonzero(m.weight > 0)
     if not len(hit):
         return np.zeros(6)

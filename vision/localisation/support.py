@@ -48,8 +48,7 @@ class Support:
     """What a pose gathers, by camera (c,).
 
     evidence: log odds that the model is there; found, expected: sum of the places' log odds without regard to
-    arcs, and its expectation at the right pose; length_px: length of the predicted arcs in view.
-    """
+    arcs, and its expectation at the right pose; length_px: length of the predicted arcs in view."""
 
     by_camera: Floats
     found: Floats

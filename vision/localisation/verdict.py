@@ -125,8 +125,7 @@ class Verdict:
     missing: what was missing for acceptance, a sentence each.  sigma_mm, sigma_rad: standard deviations along the worst
     directions, of the point in the middle of what is seen and of rotation; weakest: the worst direction in words.
     weighed: what was weighed, by name; empty where nothing is in view.  blind: by camera that does not see the model, a
-    sentence on it.  rig: how the pictures say that the rig is, where surely not as its file says.
-    """
+    sentence on it.  rig: how the pictures say that the rig is, where surely not as its file says."""
 
     verdict: str
     reason: str
@@ -163,8 +162,7 @@ class HypothesisTable:
     found, expected: sum of the places' log odds without regard to arcs, and its expectation at the right pose;
     outline_px, outline_contrast, outline_evidence: length of the outlines against the background, contrast of the greys
     beside them, and the log odds that they are outlines; is_symmetric: whether a symmetry of the model leads there from
-    the best; told: log odds of the account of all edges, NaN where it was not asked; strain: as of a refined pose.
-    """
+    the best; told: log odds of the account of all edges, NaN where it was not asked; strain: as of a refined pose."""
 
     prior_sigma: Floats
     evidence: Floats

@@ -105,8 +105,7 @@ class EdgeMeasurements:
     position (n, 2): the element found, pixels of the camera without distortion; sigma px; weight 0..1; residual px
     along the normal where the pictures were last looked at, the camera's own unknowns taken off.  response: derivative
     of the place by the camera's response; arc_shift px: standard deviation of how far the arc's image is shifted as a
-    whole; arc: which.
-    """
+    whole; arc: which."""
 
     view_arc: Ints
     world: Floats
@@ -156,8 +155,7 @@ class Observation:
     """What the cameras of a rig saw together, by camera: what was extracted from their pictures, and the greys (rows,
     columns) of these.
 
-    partnered: of the cameras of a stereo pair, which image arcs (n,) have a partner in the other's picture.
-    """
+    partnered: of the cameras of a stereo pair, which image arcs (n,) have a partner in the other's picture."""
 
     rig: Rig
     pictures: Mapping[str, Primitives]

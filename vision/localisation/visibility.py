@@ -30,8 +30,7 @@ class VisibleArcs(Rows):
 
     `arc` counts the scene's arcs first; a silhouette of surface s is arc `len(arc_occurrence) + s`.  `sample` is the
     index of the scene's sample, -1 for a silhouette's.  `normal_a`, `normal_b` (n, 3): of the two faces in the world,
-    of a silhouette twice the same.
-    """
+    of a silhouette twice the same."""
 
     point: Floats
     tangent: Floats
@@ -55,8 +54,7 @@ def find_visible_arcs(
     stands for its share of the length.
 
     A sample is seen when one of its faces is turned to the camera and a ray to the camera is free from a point just off
-    the edge: along the sum of the normals (concave edges), or along either (where two solids touch).
-    """
+    the edge: along the sum of the normals (concave edges), or along either (where two solids touch)."""
     eye = world_from_camera[:3, 3]
     reference = scene.reference_samples
     reference = reference[are_in_picture(scene.sample_point[reference], camera, world_from_camera, margin_px)]
@@ -233,8 +231,7 @@ class RayGrid:
 
     directions (rows, columns, 3) in the camera's frame, z = 1; pixel (rows, columns, 2): the place in the real picture;
     weight (rows, columns): the area of the real picture that each stands for, px, zero outside it; matrix (3, 3) from
-    directions to cells (x, y) of the grid; step: px from one to the next.
-    """
+    directions to cells (x, y) of the grid; step: px from one to the next."""
 
     directions: Floats
     pixel: Floats
@@ -251,8 +248,7 @@ def _triangles(rays: RayGrid, corners: Floats, triangles: Ints) -> tuple[Ints, F
     """Boxes (t, 4) of the cells that triangles may cover, none for one turned away or behind, and their sides (t, 9).
 
     A ray d meets the triangle (a, b, c), counter-clockwise from outside, where d . (a x b), d . (b x c) and d . (c x a)
-    are negative; that needs no clipping at the camera's plane.
-    """
+    are negative; that needs no clipping at the camera's plane."""
     last = np.array(rays.weight.shape[::-1]) - 1.0
     front = corners[:, 2] > COVERAGE_NEAR_MM
     cells = np.zeros((len(corners), 2))
@@ -345,8 +341,7 @@ PART = -1  # feature number of a part as a whole
 class PartsInView:
     """Columns, one row a part or feature that some camera shows; feature_no is PART for parts as a whole.
 
-    visible, covered: pixels over all cameras, shown and covered were nothing before it.
-    """
+    visible, covered: pixels over all cameras, shown and covered were nothing before it."""
 
     occurrence_id: Ints
     feature_no: Ints

@@ -185,8 +185,7 @@ class Measures(Rows):
     diameter, thickness, width (between walls of a pocket), offset (how far outward a surface lies), shift (how far
     aside the middle of a bore lies), distance (from it to a neighbour), of parts that lie elsewhere displacement, dx,
     dy, dz (mm along the world's axes) and turn (degrees); nominal, value, sigma: in `unit_of(what)`; changed: whether
-    it surely differs.
-    """
+    it surely differs."""
 
     item: Ints
     other: Ints

@@ -32,8 +32,7 @@ class Items:
     level: part, feature or surface; occurrence: the scene's; feature_no, surface_no: in the part's shape, NONE where
     the item is neither; path; kind: of a feature, else empty; visible_px: by all cameras; thickness: mm, nan where it
     has none. member, surface: pairs of item and the scene's surface that belongs to it, sorted by item.  inset (s,):
-    which of the scene's surfaces make a hole, a boss or a duct: its edges are not those of what it is cut into.
-    """
+    which of the scene's surfaces make a hole, a boss or a duct: its edges are not those of what it is cut into."""
 
     level: list[str]
     occurrence: Ints

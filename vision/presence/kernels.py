@@ -49,8 +49,7 @@ def count_found(
     unit; other: likewise, px by which other bodies move the sample; weight (n,): px; first (n + 1,), offset: the
     elements near samples; usable (elements, 2): for the body on either side; tolerance: px within which an edge is
     found, softened by half.  `limits`: greatest offset seen, px within which what is another's hides, and px within
-    which it does where the body has moved farther: there the picture cannot tell the two apart.
-    """
+    which it does where the body has moved farther: there the picture cannot tell the two apart."""
     reach, hidden, crowded = limits[0], limits[1], limits[2]
     own, alien = np.empty(len(grid)), np.empty(len(grid))
     for row in range(len(sample)):

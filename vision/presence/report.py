@@ -240,8 +240,7 @@ class VariantEvidence:
     object_no: of the world's object; placed: whether it is the world's; log_odds: the sum over its visible edges,
     each there against not there; against: how many of its features and parts in view differ from it; decided: how many
     are decided at all.  distinguished_by: paths, worst first, of those that differ from it, and that the
-    likeliest variant has right or does not have.
-    """
+    likeliest variant has right or does not have."""
 
     object_no: int
     name: str

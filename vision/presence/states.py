@@ -159,8 +159,7 @@ class Presence:
 
     state, reason: index of STATES and of REASONS.  moved_mm, moved_sigma_mm: how far the surface of it that has moved
     most surely lies from its place, nan where none has; moved_log_odds: of that.  uncovered_log_odds: that what a part
-    covers shows in its place, nan of others.  cameras: names, as the evidence counts them.
-    """
+    covers shows in its place, nan of others.  cameras: names, as the evidence counts them."""
 
     items: Items
     signs: Signs
@@ -303,8 +302,7 @@ def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> ItemEvidence:
 
     The edges of a hole, a boss or a duct in a face speak for the face where they are found.  Where they are not found
     they say nothing of the face, which may be there without them.  Where edges of an item do not show, others of it
-    hide with them: the log odds of all are those in one light, averaged over lights.
-    """
+    hide with them: the log odds of all are those in one light, averaged over lights."""
     item, run, lent = pair_with_runs(items, runs.surface)
     distinct = ~lent | (runs.log_odds[run] > 0)
     item, run, lent = item[distinct], run[distinct], lent[distinct]
@@ -367,8 +365,7 @@ def assess(
     """Evidence and state of every part, feature and surface in view at the best pose found.
 
     view: what the cameras should see of the stored scene there, parts: which share of each part and feature, and it:
-    the account of its edges.
-    """
+    the account of its edges."""
     assert found.best is not None
     rig, pose, views = found.rig, found.best, view.arcs
     indexes = [found.edge_indexes[name] for name in rig.cameras]

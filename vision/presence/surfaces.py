@@ -54,8 +54,7 @@ class BodyElements:
         body is displaced by each cell of the grid.
 
         carried: samples, their sides, and the edge that each belongs to; rate: px a unit; other: px by which other
-        bodies move them; chance, shows: of the edges, as `EdgeRuns` has them.
-        """
+        bodies move them; chance, shows: of the edges, as `EdgeRuns` has them."""
         from vision.presence import kernels
 
         q, cells = p.displacement, len(grid)
@@ -96,8 +95,7 @@ def fit(
     """Where the elements beside samples put their bodies: robust least squares (Geman and McClure) from starts (m, 4).
 
     body (n,), counts (n,): of the samples, and as how many measurements each counts; sigma (m, 4): of the unknowns
-    where nothing is seen.
-    """
+    where nothing is seen."""
     x, count = start.copy(), len(start)
     prior = sigma[:, :, None] ** -2.0 * np.eye(4)
     for reach in p.reach_px:
@@ -421,8 +419,7 @@ class SceneSurfaces:
     measured; sigma (mm); shift (s, 3): how far it lies from there in the plane of its normals, mm in the world, of one
     that bends around; shift_sigma (mm), nan for others; inward: whether it bends around a hollow; middle (s, 3), normal
     (s, 3): mean of its edges in the world, mm, and of its unit normals; distinct_px: of its edges that can be
-    distinguished from others.  opposed: which lie opposite each other.
-    """
+    distinguished from others.  opposed: which lie opposite each other."""
 
     moved: Bools
     log_odds: Floats
