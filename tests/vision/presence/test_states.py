@@ -121,15 +121,22 @@ def test_cameras_and_edges_add_up() -> None:
 
 
 @pytest.mark.parametrize(
-    ("left", "right", "state"),
-    [(-8, -2, "contradicted"), (-5, -4.8, "not_confirmed"), (-7.1, 2, "not_confirmed"), (-3, -7, "contradicted")],
+    ("odds", "state"),
+    [
+        ([-8, -2], "contradicted"),
+        ([-3, -7], "contradicted"),
+        ([-5, -4.8], "not_confirmed"),
+        ([-7.1, 2], "not_confirmed"),
+        ([-7, 0, 0, 0], "contradicted"),  # the last three see nothing of it
+    ],
 )
-def test_two_pictures_of_what_is_not_seen_are_worth_the_root_of_two(left: float, right: float, state: str) -> None:
+def test_two_pictures_of_what_is_not_seen_are_worth_the_root_of_two(odds: list[float], state: str) -> None:
     """Seven log odds are asked of one."""
-    both = signs(((3, 4), 60, 60, 0.0, 1.0, 9), cameras=2)
-    odds = np.where(both.runs.camera == 0, left, right)
-    runs = replace(both.runs, log_odds=odds, in_light=np.zeros_like(both.runs.in_light) + odds[:, None])
-    assert said(decided(replace(both, runs=runs), 2))["other"][0] == state
+    both = signs(((3, 4), 60, 60, 0.0, 1.0, 9), cameras=len(odds))
+    each = np.array(odds)[both.runs.camera]
+    lit = np.zeros_like(both.runs.in_light) + each[:, None]
+    runs = replace(both.runs, log_odds=each, in_light=lit, weight_px=np.where(each != 0, both.runs.weight_px, 0.0))
+    assert said(decided(replace(both, runs=runs), len(odds)))["other"][0] == state
 
 
 @pytest.mark.parametrize(
