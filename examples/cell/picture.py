@@ -6,12 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-import sqlalchemy as sa
 
 from relmodel.find.find import world_named
 from relmodel.geometry.transforms import apply, matrices
 from relmodel.store import Store
-from relmodel.store.bulk import fetch_columns
 
 Array = npt.NDArray[np.float64]
 
@@ -62,8 +60,7 @@ def _triangles(target: str) -> tuple[Array, npt.NDArray[np.int64], npt.NDArray[n
     """Vertices and triangles of all placed parts in the world, the part of each triangle, and linear colours."""
     with Store.open(target, read_only=True) as store, store.read() as connection:
         world_id, _ = world_named(store, connection, None)
-        query = sa.text(Path(__file__).with_name("parts.sql").read_text())
-        parts = fetch_columns(connection, query, {"world_id": world_id})
+        parts = store.columns(connection, "scene/coloured_parts", world_id=world_id, run_id=None)
         shapes = np.unique(parts["shape_id"]).tolist()
         meshes = store.columns(connection, "scene/meshes", shape_ids=shapes)
     of_shape = {int(s): i for i, s in enumerate(meshes["shape_id"])}

@@ -199,7 +199,8 @@ def write_scene(
     principal point; `extras` have these and the verdict."""
     check_writable(path, "file")
     answer = results_json(tables)
-    parts = store.arrow(connection, "scene/inspected", run_id=answer["run"]).to_pylist()
+    (world,) = store.select(connection, "inspection", "world_id", run_id=answer["run"])["world_id"].tolist()
+    parts = store.arrow(connection, "scene/coloured_parts", world_id=world, run_id=answer["run"]).to_pylist()
     painted: list[Painted] = [(int(part["shape_id"]), part["colour"]) for part in parts]
     names = {key: f"{key[0]} {key[1] or ''}".rstrip() for key in painted}
     scene = painted_scene(store, connection, names, path.name, progress)
