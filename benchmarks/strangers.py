@@ -277,7 +277,7 @@ def measure(figure: str, results: list[Result]) -> tuple[float, str] | None:
     if figure in (INTERVAL, BIAS):
         z = np.array([error / sigma for r in results for _, _, error, sigma in r.sizes])
         value = float(100 * np.mean(np.abs(z) < 1.96) if figure == INTERVAL else z.mean()) if len(z) else np.nan
-        return (value, f"{value:.2g} of {len(z)}" if figure == INTERVAL else f"{value:+.2f}") if len(z) else None
+        return (value, f"{value:.0f} of {len(z)}" if figure == INTERVAL else f"{value:+.2f}") if len(z) else None
     of = {r.name: bool(r.told[figure]) for r in results if figure in r.told}
     if figure == ALARM:  # a part fails by any of its views
         of = {n: any(of[m] for m in of if m.startswith(n)) for n in {name.rpartition("_")[0] for name in of}}

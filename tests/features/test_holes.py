@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from relmodel.features.graph import Feature
-from relmodel.features.holes import patterns
+from relmodel.features.holes import CIRCLE_DEFAULTS, classify, patterns
 from relmodel.geometry.transforms import rotation_matrix
 
 TURN, SHIFT, SKEW = rotation_matrix(np.array([0.4, -0.7, 0.5])), np.array([10.0, 20, -5]), np.hypot(1, 0.3)
@@ -74,3 +76,18 @@ def test_each_hole_is_of_one_pattern_those_of_most_holes_first() -> None:
         ("circular_pattern", 7), ("circular_pattern", 5), ("linear_pattern", 5), ("linear_pattern", 3),
     ]  # fmt: skip
     assert max(Counter(i for f in found for i, _ in f.surfaces).values()) == 1
+
+
+@pytest.mark.parametrize("most", [3, 5, 40])
+def test_of_a_class_that_repeats_some_pairs_are_kept_evenly(most: int) -> None:
+    """Nine circles in a row: 8 pairs are one pitch apart, 7 two, and so on."""
+    centre = np.outer(np.arange(9.0), [10.0, 0, 0])
+    p = replace(CIRCLE_DEFAULTS, most_of_class=most, greatest_distance=1e3, least_distance=1.0)
+    classes, circles = classify(centre, np.tile([0.0, 0, 1], (9, 1)), np.full(9, 4.0), p)
+    assert classes["distance"].tolist() == [10.0 * k for k in range(1, 9)]
+    assert classes["pairs"].tolist() == list(range(8, 0, -1))
+    for n, (start, end) in zip(range(8, 0, -1), pairwise(circles.offsets.tolist()), strict=True):
+        first, second = circles.values[start:end].reshape(2, -1)
+        assert len(first) == min(n, most)
+        assert set(second - first) == {9 - n}
+        assert np.abs(first - (np.arange(1, len(first) + 1) * n / len(first) - 1)).max() < 1
