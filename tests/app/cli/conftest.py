@@ -93,7 +93,9 @@ def halve_cameras(rig: dict[str, Any]) -> None:
             camera["matrix"][row][2] = (camera["matrix"][row][2] - 0.5) / 2
 
 
-def halve(stem: str, folder: Path, times: int = 1, cut: dict[str, Any] | None = None, size: tuple[int, int] = (0, 0)) -> Pair:
+def halve(
+    stem: str, folder: Path, times: int = 1, cut: dict[str, Any] | None = None, size: tuple[int, int] = (0, 0)
+) -> Pair:
     """A pair of the demonstration, two by two pixels in one: centres (0, 0) and (1, 1) meet at (0, 0).  Its rig is
     said to be exact, as what is rendered is.  Cut to a size where corners are given."""
     rig = yaml.safe_load((DEMO / f"{stem}_rig.yaml").read_text())

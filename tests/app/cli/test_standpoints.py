@@ -64,7 +64,9 @@ def test_a_standpoint_that_was_moved_is_named_beside_one_whose_picture_shows_not
     assert answer["verdict"] == "refused", answer["standpoints"]
     assert [it["name"] for it in answer["standpoints"]] == ["stop 00", "stop 03", "stop 05", "dark"]
     assert [it["moved"] is None for it in answer["standpoints"]] == [False, False, False, True]
-    assert any(it.startswith("camera dark/left is ignored: camera dark/left shows next to nothing") for it in answer["notes"])
+    assert any(
+        it.startswith("camera dark/left is ignored: camera dark/left shows next to nothing") for it in answer["notes"]
+    )
     assert any(words.startswith("standpoint stop 03 is ") for words in answer["missing"]), answer["missing"]
     assert answer["outcome"]["cause"] == "standpoint"
     assert answer["outcome"]["refusal"][1].endswith("--ignore-standpoint stop 03")
