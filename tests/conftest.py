@@ -50,11 +50,14 @@ def pytest_collection_finish() -> None:
 # Folders whose files share fixtures that take long (six bulkheads loaded): to one worker each.
 _TOGETHER = ("tests/variants",)
 # What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
-# One of two workers makes stores of the command line's tests while the other runs Spark and the wheel, which need none.
+# One of two workers makes stores of the command line's tests while the other runs Spark and the wheel, which need none,
+# and standpoints, which need another: it would wait for them.
 _FIRST = (
     "tests/find/test_parquet.py",
     "tests/app/cli/test_presence.py",
     "tests/test_wheel.py",
+    "tests/app/cli/test_characteristics.py",
+    "tests/app/cli/test_standpoints.py",
     "tests/app/cli/",
     "tests/vision/presence/",
     "tests/loading/",

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from relmodel.store import Store
-from tests.app.cli.conftest import load_bulkhead, loaded
+from tests.app.cli.conftest import both_loaded, loaded
 
-__all__ = ["loaded"]  # a fixture
+__all__ = ["both_loaded", "loaded"]  # fixtures
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -32,13 +32,10 @@ class Bulkheads:
 
 
 @pytest.fixture(scope="session")
-def bulkheads(loaded: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bulkheads]:
-    file = tmp_path_factory.mktemp("bulkheads") / "s.duckdb"
-    shutil.copy(loaded, file)
-    load_bulkhead(file, "B")
-    shutil.copy(file, file.with_name("copy.duckdb"))
-    with Store.open(file) as store:
-        yield Bulkheads(store, file.with_name("copy.duckdb"))
+def bulkheads(both_loaded: Path) -> Iterator[Bulkheads]:
+    copy = Path(shutil.copy(both_loaded, both_loaded.with_name("copy.duckdb")))
+    with Store.open(both_loaded) as store:
+        yield Bulkheads(store, copy)
 
 
 @pytest.fixture

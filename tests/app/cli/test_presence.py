@@ -1,4 +1,4 @@
-"""What an inspection says is there: variant B in the pictures, variant A in the model, at half size.
+"""What an inspection says is there: variant B in the pictures, variant A in the model, at half size and cut.
 
 Variant B lacks the holes LH11 and the bolt F13, has LH12 of 88 mm for 104, clip 2 turned, and the lug 7 more.
 """
@@ -25,7 +25,7 @@ from relmodel.arrays import Floats
 from relmodel.drawing.draw import STATES
 from relmodel.store import Store
 from relmodel.store.check import check
-from tests.app.cli.conftest import DEMO, Inspection, answered, asked, copied
+from tests.app.cli.conftest import CUT, DEMO, Inspection, answered, asked, copied
 from tests.app.cli.test_serve import rows, serving
 from tests.given import Capsys
 from tests.pages import Page
@@ -93,12 +93,12 @@ def test_the_pose_is_accepted_and_the_changes_are_told(answer: Answer, store: St
 
 
 def seen_at(points: list[list[float]] | Floats) -> dict[str, Floats]:
-    """Where each camera sees points of the bulkhead (n, 3): pixels (n, 2) of half size, by the truth."""
+    """Where each camera sees points of the bulkhead (n, 3): pixels (n, 2) of half size, cut, by the truth."""
     truth, pixels = json.loads((DEMO / "pair_04_truth.json").read_text()), {}
     world = np.column_stack([points, np.ones(len(points))]) @ np.array(truth["world_from_object"]).T
     for name, it in truth["cameras"].items():
         at = (world @ np.linalg.inv(np.array(it["world_from_camera"])).T)[:, :3]
-        pixels[name] = (at / at[:, 2:] @ np.array(it["matrix"]).T)[:, :2] / 2 - 0.25
+        pixels[name] = (at / at[:, 2:] @ np.array(it["matrix"]).T)[:, :2] / 2 - 0.25 - CUT[name]
     return pixels
 
 
@@ -241,10 +241,10 @@ def test_the_overlay_shows_states_where_cameras_see_them(other_variant: Inspecti
     nearby = [(du, dv) for dv in range(-3, 4) for du in range(-3, 4)]
     for (x, y), name in (((910, 140), "contradicted"), ((800, 140), "confirmed")):
         rim = np.column_stack([x + 30 * np.cos(around), y + 30 * np.sin(around), np.full(60, 23.0)])
-        for left, seen in zip((0, 648), seen_at(rim).values(), strict=True):
+        for left, seen in zip((0, 498), seen_at(rim).values(), strict=True):
             u, v = np.rint(seen).astype(int).T
-            assert 0 <= u.min() <= u.max() < 640
-            assert 0 <= v.min() <= v.max() < 480
+            assert 0 <= u.min() <= u.max() < 490
+            assert 0 <= v.min() <= v.max() < 250
             off = [np.abs(drawn[v + dv, u + du + left] - np.array(STATES[name])).max(axis=1) for du, dv in nearby]
             assert np.mean(np.min(off, axis=0) < 90) > 0.8, (name, left)
 
