@@ -30,7 +30,7 @@ LIMITS = {
     "functions of many parameters, on an inspection's path": 0,
     "functions of many parameters, elsewhere": 40,
     "modules in circles": 0,
-    "lines of tests, benchmarks and examples": 46_300,
+    "lines of tests, benchmarks and examples": 46_320,
 }
 
 
