@@ -289,7 +289,7 @@ def localise(
     starts: poses that a join gives, perturbations of the prior, with what each explains; where one explains enough, or
     the prior is open, they take the place of a scan of the prior's volume.  weigh: tells a few rivals apart."""
     clock, rig, pictures = Clock(), seen.rig, seen.pictures
-    # Under a prior a white ground would excuse what a like object lacks; without one the join explained the pictures.
+    # Only without a prior, where a join has explained much: else a white ground excuses what a look-alike lacks.
     greys = seen.greys if prior.is_open else {}
     points = {name: collect_edge_points(pictures[name], it, greys.get(name)) for name, it in rig.cameras.items()}
     odds = {name: partner_odds(pictures[name], has) for name, has in seen.partnered.items()}

@@ -244,7 +244,7 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     unlikely = total <= -p.least_log_odds
     settle(unlikely & (expected >= p.least_expected), NOT_CONFIRMED, MISSING)
     against = np.where(np.isin(items.kind, WITHIN), p.contradicted_within, p.contradicted_log_odds)
-    # What light hides from one picture it hides from others: n pictures of a thing that is not seen are worth root n.
+    # Light hides an edge from several pictures at once: of a thing that is not seen n pictures are worth root n.
     pictures = np.maximum((evidence.distinct_px > 0).sum(axis=1), 1)
     gone = total / np.sqrt(pictures) <= -against - p.contradicted_by_share * share
     gone &= expected >= p.least_expected
