@@ -2,8 +2,8 @@
 
 Plants faults by rule, one at a time, each in a copy of the checkout: another operator, comparison, sign, number, axis,
 function or order of arguments, a term or a statement less, in SQL also another column or a condition less.  They are
-drawn in equal numbers over the folders, from the lines that a small set of calls runs.  A fault counts where the calls
-still run and one of them answers otherwise.  Then the tests beside the code are run, those first that are named like
+drawn in equal numbers over the folders, from the lines that a small set of calls runs.  Of those planted a fault counts
+where the calls still run and one of them answers otherwise.  Then the tests beside the code are run, those first that are named like
 its module, the quickest next, up to 20 seconds of them.  Prints how many faults were caught by folder and those that
 were not; fails where fewer are caught than asked for.
 """
@@ -28,6 +28,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from itertools import zip_longest
 from pathlib import Path
 from queue import Queue
 from types import FrameType
@@ -468,8 +469,8 @@ def evaluate(fault: Fault, copy: Copy, kept: Path, answers: dict[str, Answer], t
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--count", type=int, default=200, help="how many faults that count (default 200)")
+    parser.add_argument("--seed", type=int, nargs="+", default=[0], help="one or several, told together")
+    parser.add_argument("--count", type=int, default=200, help="how many faults are planted a seed (default 200)")
     parser.add_argument("--only", nargs="*", default=[], help="of these folders only")
     parser.add_argument("--jobs", type=int, default=2, help="how many at once (default 2)")
     parser.add_argument("--json", type=Path, help="where each fault and what became of it is written")
@@ -494,41 +495,36 @@ def measure(folder: Path, given: argparse.Namespace) -> list[tuple[Fault, str]]:
     answers = {name: Answer(**it) for name, it in json.loads((kept / "answers.json").read_text()).items()}
     ran = {(file, line) for it in answers.values() for file, lines in it.lines.items() for line in lines}
     files = {file for file, _ in ran}
-    drawn = random.Random(given.seed)
-    waiting: dict[str, list[Fault]] = defaultdict(list)
+    living: dict[str, list[Fault]] = defaultdict(list)
     for fault in all_faults(HERE):
         lives = (fault.file, fault.line) in ran or not fault.file.endswith(".py")
         lives |= fault.file.endswith("kernels.py") and fault.file in files
         if lives and (not given.only or fault.label in given.only):
-            waiting[fault.label].append(fault)
-    for faults in waiting.values():
-        drawn.shuffle(faults)
-    seconds = time_tests(
-        first, kept, {test for label, faults in waiting.items() for f in faults[:1] for test in tests_of(label)}
-    )
+            living[fault.label].append(fault)
+    planted = list(dict.fromkeys(fault for seed in given.seed for fault in draw(living, seed, given.count)))
+    seconds = time_tests(first, kept, {test for label in living for test in tests_of(label)})
     copies.put(first)
     for number in range(1, given.jobs):
         copies.put(Copy(folder / f"copy{number}"))
-    share = {label: -(-given.count // len(waiting)) for label in waiting}
-    outcomes: list[tuple[Fault, str]] = []
 
-    def work(label: str) -> None:
-        counted = 0
-        for fault in waiting[label]:
-            if counted == share[label]:
-                return
-            copy = copies.get()
-            try:
-                became = evaluate(fault, copy, kept, answers, tests_beside(fault.file, seconds))
-            finally:
-                copies.put(copy)
-            counted += became in COUNTED
-            outcomes.append((fault, became))
-            print(f"{became}: {fault}", file=sys.stderr, flush=True)
+    def work(fault: Fault) -> tuple[Fault, str]:
+        copy = copies.get()
+        try:
+            became = evaluate(fault, copy, kept, answers, tests_beside(fault.file, seconds))
+        finally:
+            copies.put(copy)
+        print(f"{became}: {fault}", file=sys.stderr, flush=True)
+        return fault, became
 
-    with ThreadPoolExecutor(len(waiting)) as pool:
-        list(pool.map(work, waiting))
-    return outcomes
+    with ThreadPoolExecutor(given.jobs) as pool:
+        return list(pool.map(work, planted))
+
+
+def draw(living: dict[str, list[Fault]], seed: int, count: int) -> list[Fault]:
+    """About so many faults, as many of each folder; the folders take turns."""
+    drawn, each = random.Random(seed), -(-count // len(living))
+    chosen = [drawn.sample(faults, min(each, len(faults))) for faults in living.values()]
+    return [fault for turn in zip_longest(*chosen) for fault in turn if fault is not None]
 
 
 def tests_of(label: str) -> list[str]:
