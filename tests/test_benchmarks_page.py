@@ -17,6 +17,7 @@ TOOLS = {
     "house",
     "calibration",
     "fault_calls",
+    "fault_rules",
     "fault_server",
     "faults",
     "inspection_snapshot",
