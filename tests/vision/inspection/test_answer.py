@@ -182,6 +182,7 @@ def test_what_is_there(found: Inspection) -> None:
         ("confirmed", "contradicted", "not_confirmed", "undecidable"), 0
     )
     assert said["look_at"] == ["a/hole"]
+    assert (found.outcome.in_view, found.outcome.checked, found.outcome.unchecked) == (2, 2, 0)
     assert (whole["moved"], hole["moved"]) == (None, {"mm": -0.5, "sigma_mm": 0.1, "log_odds": 7.0})
     assert {name: it["log_odds"] for name, it in hole["cameras"].items()} == {"left": -0.5, "right": -1.5}
     assert (whole["appearance"], [it["camera"] for it in hole["appearance"]]) == ([], ["right"])
