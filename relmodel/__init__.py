@@ -1,8 +1,7 @@
 """A hierarchical relational model of machined objects, kept as SQL tables.
 
 What stands in `__all__` is what programs build on: `docs/python.md` lists it, and it changes only with the first number
-of the version.
-"""
+of the version."""
 
 from __future__ import annotations
 
@@ -49,8 +48,7 @@ _HOMES = {
 def open(target: str | Path, *, read_only: bool = True) -> OpenStore:
     """A store that exists, a file or a URL, to be asked: `store.in_volume(Sphere(50, 30, 10, 9), level="feature")`.
 
-    Raises StoreError where there is none, it is of another version, or it is in use by another process.
-    """
+    Raises StoreError where there is none, it is of another version, or it is in use by another process."""
     from relmodel.app.api import OpenStore
 
     return OpenStore.open(target, read_only=read_only)
@@ -59,8 +57,7 @@ def open(target: str | Path, *, read_only: bool = True) -> OpenStore:
 def create(target: str | Path) -> OpenStore:
     """A store open for writing, made where there is none and brought up to date where it is older.
 
-    Raises StoreError where the file is no store, of a newer version or in use by another process.
-    """
+    Raises StoreError where the file is no store, of a newer version or in use by another process."""
     from relmodel.app.api import OpenStore
 
     return OpenStore.create(target)

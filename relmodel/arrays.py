@@ -1,7 +1,6 @@
 """Types of numeric arrays by what they hold, sums by group, and tables in memory.
 
-Shapes and units stand in the docstrings of users.
-"""
+Shapes and units stand in the docstrings of users."""
 
 from __future__ import annotations
 
@@ -60,8 +59,7 @@ T = TypeVar("T", bound="DataclassInstance")
 class Ragged:
     """A column whose values are arrays of unlike length, packed: row i is `values[offsets[i]:offsets[i + 1]]`.
 
-    `offsets` has one element more than there are rows.  `null` (bool, one a row) marks rows that hold no array.
-    """
+    `offsets` has one element more than there are rows.  `null` (bool, one a row) marks rows that hold no array."""
 
     values: npt.NDArray[Any]
     offsets: Ints

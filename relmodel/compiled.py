@@ -18,8 +18,7 @@ Python's, whom a running kernel does not hinder.  No fast maths and no parallel 
 
 Numba's own cache does not see that a kernel changed which another module's kernel calls.  So the folder of the cache
 bears a hash of all kernel modules, of the versions that compile them and of the processor: what lies in one folder
-never changes, and processes that write it at once write the same.
-"""
+never changes, and processes that write it at once write the same."""
 
 from __future__ import annotations
 
@@ -76,8 +75,7 @@ def helper(function: Function) -> Function:
 
 def compile_ahead(modules: Sequence[str], say: Callable[[str], None]) -> None:
     """Compile the kernels of these modules, where they are not in the cache yet, in as many processes as there are
-    processors, and say so.  What is not compiled so, for whatever reason, is when its module is imported.
-    """
+    processors, and say so.  What is not compiled so, for whatever reason, is when its module is imported."""
     folder = cache_folder()
     if folder is None:
         say("compiling kernels for this process only: there is no folder to keep them (name one in NUMBA_CACHE_DIR)")

@@ -1,7 +1,6 @@
 """The errors that library code raises; only the command line prints them and sets the exit status.
 
-A message is one sentence that says what was wrong, where, and the cure.
-"""
+A message is one sentence that says what was wrong, where, and the cure."""
 
 import re
 
@@ -50,8 +49,7 @@ _PACKAGES = {
 def missing_library(error: Exception) -> str | None:
     """That a shared library is not installed which a package wants, and what installs it; None for other errors.
 
-    A library's package is named after it (Debian Policy 8.1): libGL.so.1 is in libgl1, libX11.so.6 in libx11-6.
-    """
+    A library's package is named after it (Debian Policy 8.1): libGL.so.1 is in libgl1, libX11.so.6 in libx11-6."""
     found = re.match(r"((lib\S+?)\.so(?:\.(\d+))?[.\d]*): cannot open shared object file: No such file", str(error))
     if found is None:
         return None

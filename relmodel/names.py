@@ -35,8 +35,7 @@ def nearest_name(name: str, names: Iterable[str]) -> str | None:
     """Which of some names or paths may have been meant; None where no word is like it.
 
     The word after the last slash decides, without its number: hole 1 is rather through_hole 1 or hole 2 than web 1.
-    Of those alike the ones in the same place count before others, then the nearest number.
-    """
+    Of those alike the ones in the same place count before others, then the nearest number."""
     place, word, number = _parts_of(name)
     alike: dict[str, float] = {}
     found = []

@@ -39,8 +39,7 @@ def print_rows(
 
     out: where to, else stdout.  width: characters that a line of a table may have; what is longer goes over several.
     Rows are printed as they come, of a table a thousand at a time: the first thousand say how wide its columns are.
-    But for JSON, text is made visible: control characters are escapes, and in CSV nothing is taken for a formula.
-    """
+    But for JSON, text is made visible: control characters are escapes, and in CSV nothing is taken for a formula."""
     out = out or sys.stdout
     if form == "json":
         before = "["  # what `json_text` makes of a list of objects, each printed as it comes
@@ -136,8 +135,7 @@ def _widths(rows: Sequence[Sequence[str]], is_text: Sequence[bool], width: int) 
     """Characters of each column: as many as it has, but of text fewer where a line would be too long, so that the table
     has few lines more for it.
 
-    The first row is the heading, which is not folded, and which tabulate sets two characters apart.
-    """
+    The first row is the heading, which is not folded, and which tabulate sets two characters apart."""
     import numpy as np
 
     lengths = np.array([[max(map(len, cell.split("\n"))) for cell in row] for row in rows])

@@ -90,8 +90,7 @@ class ViewUnits:
     """Units of a view: its arcs by number, then its surfaces.
 
     surface (n,): the scene's surface of each; relations: columns of unit_relation without the set; arcs: how many
-    units are arcs.
-    """
+    units are arcs."""
 
     points: ViewPoints
     surface: Ints

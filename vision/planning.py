@@ -1,6 +1,5 @@
 """A plan of the next views: poses of a rig about a placed object that an arm reaches, chosen by what they
-would check.
-"""
+would check."""
 
 from __future__ import annotations
 
@@ -364,8 +363,7 @@ class PlanOptions(TypedDict, total=False):
     world: its name, where the store has several.  on: the object that carries the rig, where several do.
     distance: from the cameras to the part's surface, mm, else `usual_distance`.
     above: the plane of the world that cameras stay above, as z=0, or none, else `find_table`.
-    views: at most so many, else as many as check `_ENOUGH` of what any would.
-    """
+    views: at most so many, else as many as check `_ENOUGH` of what any would."""
 
     serial: str | None
     object: str | None

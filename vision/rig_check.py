@@ -1,6 +1,5 @@
 """What a rig can tell before anything is inspected: its overlap, its scale, how exactly it will locate, and how well
-pictures agree with its file.
-"""
+pictures agree with its file."""
 
 from __future__ import annotations
 

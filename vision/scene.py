@@ -127,8 +127,7 @@ class StoredScene:
     part's shape of each of the scene's arcs; surface_no (s,) likewise. arc_surfaces (a, 2): the scene's surfaces on
     either side of each arc, -1 for none. radius (s,): of cylinders, mm, nan for other surfaces. features: shape_id,
     feature_no, name, kind, surface_no and thickness (mm, of ribs and webs), a row for each surface of a feature, in
-    this order.
-    """
+    this order."""
 
     scene: Scene
     world_id: int
@@ -151,8 +150,7 @@ def read_scene(
 ) -> StoredScene:
     """Scene of the placed parts of a world; `among` names the occurrences that matter, all where it is None.
 
-    Raises InputError where no part is the reference (role inspected).
-    """
+    Raises InputError where no part is the reference (role inspected)."""
     return _read(store, connection, world_id, _parts(store, connection, world_id, among))
 
 

@@ -48,8 +48,7 @@ class OpenStore(Store):
     """A store to query, and to fill where it is open for writing; a context manager that closes it.
 
     Lengths are mm and angles rad; transforms `a_from_b` are 4x4 arrays.  What is wrong is raised as InputError (a file
-    or number), UsageError (the call) or StoreError (the store), each one sentence.
-    """
+    or number), UsageError (the call) or StoreError (the store), each one sentence."""
 
     def load(
         self, path: str | Path, *, name: str, variant: str = "", unit: str | None = None, occluder: bool = False
@@ -105,8 +104,7 @@ class OpenStore(Store):
         carrier: what is known of the arm that carries the rig.
         serial: number of the physical part, by which its inspections add up.
         operator: who makes the inspection (default: the user of this machine).
-        options: needs, world, against, standpoints instead of pictures, ...: `relmodel.app.session.Options`.
-        """
+        options: needs, world, against, standpoints instead of pictures, ...: `relmodel.app.session.Options`."""
         from relmodel.app.session import Session
 
         return Session(self._scenes, rig, options).inspect(
@@ -128,8 +126,7 @@ class OpenStore(Store):
         """Inspect again and again with one rig; the answers are those of `inspect`.
 
         with store.session(rig="rig.yaml") as session:
-            answers = [session.inspect(pictures={"left": left, "right": right}) for left, right in pairs]
-        """
+            answers = [session.inspect(pictures={"left": left, "right": right}) for left, right in pairs]"""
         from relmodel.app.session import Session
         from vision.scene import Scenes
 
@@ -139,8 +136,7 @@ class OpenStore(Store):
         """The views that would check most of an object, or of what is left of the physical part of a serial number.
 
         out: a folder for a prior of each view and their lists, pairs.csv and standpoints.csv.
-        wanted: serial, object, world, on, distance, above and views: `vision.planning.Wanted`.
-        """
+        wanted: serial, object, world, on, distance, above and views: `vision.planning.Wanted`."""
         from relmodel.app.propose import propose_views
 
         return propose_views(self, Path(rig), wanted, None if out is None else Path(out))
@@ -162,8 +158,7 @@ class OpenStore(Store):
         """Write a report page and return its path.
 
         of: run, serial, object and variant, or diff: `relmodel.app.report.write.Subject`; without any of these it is of
-        the newest inspection.
-        """
+        the newest inspection."""
         from relmodel.app.report.write import write_report
 
         write_report(self, Path(out), of)
@@ -180,8 +175,7 @@ class OpenStore(Store):
     ) -> list[Path]:
         """Write what an inspection found (without `run` the newest) as .qif, .json or .glb, or an object as .glb.
 
-        Any other name is a folder for tables, `parquet` or `csv`.  Returns the files.
-        """
+        Any other name is a folder for tables, `parquet` or `csv`.  Returns the files."""
         from relmodel.app.audit import run_named
         from relmodel.app.export import export_object, export_run, read_results
 
@@ -218,8 +212,7 @@ class OpenStore(Store):
         """What differs between two variants of `object`, or between two OBJECT:VARIANT: one row a difference.
 
         reach: how far a thing may move and still count as the same, mm.  A comparison that was not made before is
-        written to the store.
-        """
+        written to the store."""
         from relmodel.app.report.write import variant_named
         from relmodel.variants.compare import compare
 
@@ -240,8 +233,7 @@ class OpenStore(Store):
         """Set an attribute of an object, or of what stands in it (OBJECT/PATH).  Nothing is overwritten; the newest
         value counts.  Returns the run that recorded it.
 
-        whose: variant, surface, arc and world: `relmodel.app.attributes.Whose`.
-        """
+        whose: variant, surface, arc and world: `relmodel.app.attributes.Whose`."""
         from relmodel.app.attributes import set_attribute
 
         return set_attribute(self, path, name, value, unit, whose).run_id

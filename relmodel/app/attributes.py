@@ -1,7 +1,6 @@
 """Attributes that a person sets: of worlds, objects, parts, and of surfaces and arcs of parts.
 
-Each is appended in a run of its own, which says who set what and when; the newest value wins.
-"""
+Each is appended in a run of its own, which says who set what and when; the newest value wins."""
 
 from __future__ import annotations
 
@@ -79,8 +78,7 @@ class AttributeOwner(TypedDict, total=False):
     """What of an object, or of what stands in it, an attribute is of.
 
     variant: of the object.  surface, arc: of the part, by number.  world: the path is the name of a world, whose newest
-    revision is meant.
-    """
+    revision is meant."""
 
     variant: str
     surface: int | None
@@ -94,8 +92,7 @@ def set_attribute(
     """Set an attribute of what a path names: an object, or OBJECT/PATH of what stands in it; or of a world.
 
     Without `text` a value such as 2,70 is a number gone wrong.  Raises UsageError where the path leads nowhere or name,
-    value and unit do not fit.
-    """
+    value and unit do not fit."""
     whose = {"variant": "", "surface": None, "arc": None, "world": False, **whose}
     parameters: dict[str, Any] = {"path": path, **whose, "name": name, "value": value, "unit": unit}
     parameters["user"] = user_name()

@@ -25,8 +25,7 @@ from relmodel.store import Run, Store, sql
 def run_named(store: Store, connection: Connection, name: int | str | None) -> int:
     """The run of that number; of `last`, or where no name is given, the newest inspection.
 
-    Raises UsageError for another name, and where there is no inspection.
-    """
+    Raises UsageError for another name, and where there is no inspection."""
     if isinstance(name, int):
         return name
     if name is not None and name != "last":

@@ -15,8 +15,7 @@ _LONGEST_REASON = 2000  # characters
 def decide(store: Store, number: int | str | None, finding: int, decision: str, by: str, note: str) -> str:
     """Record that a finding of a run (None: the newest inspection) is accepted or rejected; what was decided, in words.
 
-    Raises UsageError where there is no such finding, and where name or note are empty.
-    """
+    Raises UsageError where there is no such finding, and where name or note are empty."""
     for what, words in (("by", by), ("note", note)):
         if not words.strip() or "\0" in words or len(words) > _LONGEST_REASON:
             raise UsageError(

@@ -90,8 +90,7 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, pro
     """Write the tree as GLB: a node an object or part, each shape once, however often it is placed; metres.
 
     Parts that share a shape in unlike colours have a geometry each, since GLB colours geometry.  Raises UsageError for
-    a tree without parts, InputError where the file cannot be written.
-    """
+    a tree without parts, InputError where the file cannot be written."""
     check_writable(path, "file")
     if not (tree.shape_id >= 0).any():
         raise UsageError(f"{tree.name} has no geometry to write as GLB")
@@ -183,8 +182,7 @@ def results_json(tables: dict[str, pa.Table]) -> dict[str, Any]:
     """The tables as plain numbers, texts and lists.
 
     The answer, its store and its time stand on top (such a file serves as a prior), the other tables under their names:
-    lists of rows, or one object for a single row.  Transforms are 4x4, covariances 6x6.
-    """
+    lists of rows, or one object for a single row.  Transforms are 4x4, covariances 6x6."""
     said: dict[str, Any] = {n: [_plain_row(n, row) for row in table.to_pylist()] for n, table in tables.items()}
     said |= {name: next(iter(said[name]), None) for name in _SINGLE}
     plain: dict[str, Any] = finite((said.pop("inspection") or {}) | said)
@@ -434,8 +432,7 @@ def write_tables(tables: Mapping[str, pa.Table], folder: Path, form: str, progre
 
     In CSV no text is left that a spreadsheet would take for a formula, and lists are JSON.  Files that are there are
     replaced.  Raises UsageError for another form, or where they are of another store, InputError where the folder
-    cannot be made.
-    """
+    cannot be made."""
     from pyarrow import csv, parquet
 
     if form not in FORMS:

@@ -33,8 +33,7 @@ class Options(TypedDict, total=False):
     standpoints: instead of pictures, those of one unmoving object from several places of the rig (`docs/rig.md`): a
     file, or a list of mappings with name, pictures, world_from_rig (or joints) and sigma (or covariance).
     ignored: names of standpoints to leave out.
-    match: also match arcs and regions of the pictures to the model's by their relations.
-    """
+    match: also match arcs and regions of the pictures to the model's by their relations."""
 
     needs: Needs | str | None
     world: str | None
@@ -49,8 +48,7 @@ class Options(TypedDict, total=False):
 class Session:
     """Inspections with one rig of one world, as `OpenStore.session` says; each sees the newest revision of the world.
 
-    A context manager that lets go of what it keeps when it ends.
-    """
+    A context manager that lets go of what it keeps when it ends."""
 
     def __init__(self, scenes: Scenes, rig: str | Path, options: Options) -> None:
         from vision.cameras.files import parse_needs
@@ -106,8 +104,7 @@ _WORK = (
 def compile_behind(say: Callable[[str], None]) -> None:
     """Start compiling, once for each installation, and say so; it goes on when this process ends.
 
-    To know whether it was started before costs no import of numba.  `compile_ahead` waits for it.
-    """
+    To know whether it was started before costs no import of numba.  `compile_ahead` waits for it."""
     with suppress(OSError, RuntimeError):  # where nothing can be kept there is no use in it
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "relmodel"
         asked = Path(os.environ.get("NUMBA_CACHE_DIR") or base) / f"asked-{_installation()}"

@@ -54,8 +54,7 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
 
     It has depth, path, level, number, material, mass (kg; of an object where those of all its parts are known), size
     (mm), surfaces, features by kind (in words; in numbers: kinds), attributes, and what the load found to be not as it
-    should be, by kind.
-    """
+    should be, by kind."""
     part_ids, objects = (np.unique(ids[ids >= 0]).tolist() for ids in (tree.part_id, tree.child_object_id))
     parts = {int(r.id): r for r in store.rows(connection, "object/parts", part_ids=part_ids)}
     kinds: dict[int, dict[str, int]] = {}

@@ -432,8 +432,7 @@ def draw_over(
 def write_overlay(path: str | Path, store: Store, run: int, greys: Mapping[str, Bytes | Floats]) -> None:
     """Write the pictures of an inspection, given by camera, side by side with the model drawn over them.
 
-    Raises InputError where it cannot be written.
-    """
+    Raises InputError where it cannot be written."""
     with store.read() as connection:
         drawn = draw_over(store, connection, run, greys)
     save_side_by_side(path, list(drawn.values()))

@@ -62,8 +62,7 @@ def write_picture(
     of each kind of feature in it.
 
     `view` is a name of VIEWS or a direction in which to look.  Raises UsageError for a view that is none or a name
-    that no picture has, or where there is nothing to draw; InputError where the picture cannot be written.
-    """
+    that no picture has, or where there is nothing to draw; InputError where the picture cannot be written."""
     from PIL import Image
 
     if path.suffix.lower() not in SUFFIXES:
@@ -203,8 +202,7 @@ def shapes_of(store: Store, connection: Connection, shape_ids: Ints) -> list[dic
 
     lo, size: their box, mm; v: vertices in steps of it; t: triangles, by surface, each vertex as the step from the one
     before; s: surface, first index and count of each run of them; e: ends of the pieces of sharp edges, as v.  Arrays
-    are base64 of little-endian uint16, of triangles int16, int32 where wide.  Shapes without triangles are left out.
-    """
+    are base64 of little-endian uint16, of triangles int16, int32 where wide.  Shapes without triangles are left out."""
     wanted = [int(s) for s in shape_ids]
     edges = _edges(store, connection, wanted)
     out, drawn = [], 0
@@ -247,8 +245,7 @@ def scene(
     """What the script draws; None where there is no part to draw.
 
     `parts` name their shapes by identity; it looks at those first that are not plain, from above the side to which
-    `back` (3,) points, a unit vector.
-    """
+    `back` (3,) points, a unit vector."""
     ordinal = {s["id"]: i for i, s in enumerate(shapes)}
     drawn = [p | {"shape": ordinal[p["shape"]]} for p in parts if p["shape"] in ordinal]
     if not drawn:

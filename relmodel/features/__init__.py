@@ -2,8 +2,7 @@
 
 Holes come first, because their shape is the surest.  Surfaces that one kind has taken are closed to the kinds after it:
 lugs, pockets and slots, ribs, flanges and webs, open slots and steps, openings, bosses, chamfers, fillets, patterns of
-holes, and the body, which is all that is left.
-"""
+holes, and the body, which is all that is left."""
 
 from __future__ import annotations
 
@@ -29,8 +28,7 @@ def recognise(shape: Shape) -> list[Feature]:
     """Features of a shape by kind, each kind in the order of its first surface; its name is its kind and its number in
     that order.
 
-    A mesh of more than 20,000 surfaces is a scan and not a tessellated part: no features are looked for in it.
-    """
+    A mesh of more than 20,000 surfaces is a scan and not a tessellated part: no features are looked for in it."""
     if len(shape.mesh.triangles) == 0 or (
         shape.kind == "mesh" and len(shape.surfaces["kind"]) > _ALL.most_mesh_surfaces
     ):

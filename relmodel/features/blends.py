@@ -34,8 +34,7 @@ def rounded(b: Boundary) -> dict[int, float]:
 def running(b: Boundary) -> dict[int, tuple[tuple[float, float], Floats]]:
     """Least and greatest radius of free-form surfaces that round off the edge of two planes, and its ends (2, 3).
 
-    A point of the blend on one plane is r (1 - cos a) away from the other, where their normals enclose the angle a.
-    """
+    A point of the blend on one plane is r (1 - cos a) away from the other, where their normals enclose the angle a."""
     s, found = b.surfaces, {}
     for i, sides in sorted(b.sides.items()):
         if s.kind[i] in ANALYTIC_KINDS or s.start[i] == s.start[i + 1]:

@@ -2,8 +2,7 @@
 a shape has.
 
 Lengths in mm, angles in rad.  Values without a named source are rules of the shop or were set by judgement,
-and hold on the parts of the tests.
-"""
+and hold on the parts of the tests."""
 
 from dataclasses import dataclass, field
 from math import pi, radians, sin

@@ -32,8 +32,7 @@ class Feature:
     dimensions: name -> (value, unit: mm, rad, or 1 for counts), as `feature_dimension` holds them; shape_from_feature
     (4, 4): Z out of the material, X along the length; origin at the mouth of a hole, in the middle of a floor, at the
     foot of what stands out, in the middle of the rest; box (6,); surfaces: (surface_no, role); form: numbers that
-    distinguish outlines of equal dimensions, mirror images included (`outline_form`).
-    """
+    distinguish outlines of equal dimensions, mirror images included (`outline_form`)."""
 
     kind: str
     name: str
@@ -58,8 +57,7 @@ def outline_form(places: Floats, labels: list[str], pose: Floats, *, either_way:
     places (n, 3): foot of the frame's origin on a plane, axis of a cylinder; labels: kinds of walls, by which they are
     weighted.  Odd moments distinguish skew outlines, even ones outlines that half a turn maps to themselves (see J.
     Flusser, "On the independence of rotation moment invariants", Pattern Recognition 33, 2000).  either_way: an outline
-    that is open at both ends may be looked at from either.
-    """
+    that is open at both ends may be looked at from either."""
     local = (places - pose[:3, 3]) @ pose[:3, :2]
     z = local[:, 0] + 1j * local[:, 1]
     out: list[float] = []
@@ -177,8 +175,7 @@ class SolidSurfaces:
 
     kind is the recognised one; axis is a plane's outward normal, and the axis of a surface of revolution; concave
     marks those (and spheres) whose outward normal points to the axis; corner holds the corners of the
-    triangles (m, 3 corners, 3), in the order of the surfaces: those of surface i are rows start[i] to start[i + 1].
-    """
+    triangles (m, 3 corners, 3), in the order of the surfaces: those of surface i are rows start[i] to start[i + 1]."""
 
     kind: npt.NDArray[Any]
     origin: Floats
@@ -218,8 +215,7 @@ class SolidSurfaces:
     def draft(self, walls: list[int], up: Floats) -> Dimensions:
         """The dimension `draft_angle` of walls that all lean back by one angle from what is upright.
 
-        What rounds the corner of two such planes leans more in its middle: where there are planes, only they count.
-        """
+        What rounds the corner of two such planes leans more in its middle: where there are planes, only they count."""
         walls = [i for i in walls if self.kind[i] == "plane"] or walls
         leans = np.concatenate([self.normals(i) @ up for i in walls] or [np.empty(0)])
         angle = float(np.arcsin(np.clip(leans.mean(), -1, 1))) if len(leans) else 0.0
@@ -228,8 +224,7 @@ class SolidSurfaces:
     def is_free(self, lines: Floats, axis: Floats, low: float, high: float) -> bool:
         """Whether lines through points (n, 3) along an axis meet no triangle between two heights.
 
-        T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", J. Graphics Tools 2 (1), 1997.
-        """
+        T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", J. Graphics Tools 2 (1), 1997."""
         foot = lines - np.outer(lines @ axis, axis)
         ends = np.concatenate([foot + low * axis, foot + high * axis])
         touched = np.all((self.boxes[:, :3] <= ends.max(axis=0)) & (self.boxes[:, 3:] >= ends.min(axis=0)), axis=1)
@@ -283,8 +278,7 @@ class Boundary:
     vertices (n, 3): of all triangles.  links: of each surface those that share an arc with it, and the convexities of
     these arcs.
     sides: of each surface, in the order of its loops; blends: radius of each surface that rounds off an edge between
-    others (`blends.rounded`); chamfers: surfaces that cut one off.
-    """
+    others (`blends.rounded`); chamfers: surfaces that cut one off."""
 
     surfaces: SolidSurfaces
     links: list[dict[int, set[str]]]

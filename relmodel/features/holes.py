@@ -63,8 +63,7 @@ def holes(s: SolidSurfaces, links: Links) -> list[Feature]:
 def _bores(s: SolidSurfaces, links: Links) -> list[list[int]]:
     """Concave cylinders merged where they are one: same axis and radius, touching extents, all around a pin.
 
-    A bore that a pocket, a gap between two ears or another bore interrupts counts as one: it is drilled in one go.
-    """
+    A bore that a pocket, a gap between two ears or another bore interrupts counts as one: it is drilled in one go."""
     rows = np.flatnonzero(s.concave & (s.kind == "cylinder") & (np.diff(s.start) > 0))
     if len(rows) == 0:
         return []
@@ -240,8 +239,7 @@ def patterns(holes: list[Feature]) -> list[Feature]:
     """Holes of one class with mouths in one plane, evenly spaced on a circle, a line or a rectangular grid.
 
     Each hole counts once: circles of five and more first, then grids of six and more, rows, smaller circles, and last
-    the corners of rectangles; of each the one of most holes first.  A circle of five and more may have gaps.
-    """
+    the corners of rectangles; of each the one of most holes first.  A circle of five and more may have gaps."""
     groups: dict[str, list[int]] = {}
     for i, hole in enumerate(holes):
         groups.setdefault(feature_class_key(hole), []).append(i)

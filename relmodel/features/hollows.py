@@ -47,8 +47,7 @@ class Floor:
 def pockets(b: Boundary, taken: set[int]) -> list[Feature]:
     """Floors whose whole outer boundary rises into walls, at once or through a fillet, or falls into such a pocket.
 
-    taken: surfaces of holes; one that cuts into a wall of a pocket opens its floor no more than another pocket does.
-    """
+    taken: surfaces of holes; one that cuts into a wall of a pocket opens its floor no more than another pocket does."""
     open_floors, found = [], []
     for floor in flat_floors(b, taken):
         closed = all(rises(b, floor, i, x) for i in floor.faces for x in b.sides[i] if x.outer)
@@ -271,8 +270,7 @@ def depression(
     """A feature over a floor, of length, width and depth; `more` are its other dimensions, or take the place of these.
 
     outline: walls by whose form it differs from others of equal dimensions.
-    Walls may run on beyond it, the prism over its floor may be turned: its box is what both allow.
-    """
+    Walls may run on beyond it, the prism over its floor may be turned: its box is what both allow."""
     spread = np.abs(pose[:3, :3]) @ (np.array(size) / 2)
     middle = pose[:3, 3] + pose[:3, 2] * size[2] / 2
     box = union(b.surfaces.boxes[sorted(roles)])

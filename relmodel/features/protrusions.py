@@ -95,8 +95,7 @@ def bosses(b: Boundary, taken: set[int], standing: set[int], beyond: dict[int, i
     """Islands: inner loops of a plane from which all sides rise; a long one is a rib.
 
     taken: surfaces of holes and grooves; a hole may cut into a side.  standing: sides of ribs and lugs; an island with
-    one of them is that.  beyond: of a cylinder on one side of a groove, the one on the other.
-    """
+    one of them is that.  beyond: of a cylinder on one side of a groove, the one on the other."""
     s, found = b.surfaces, []
     for plane in sorted(b.sides):
         if s.kind[plane] != "plane" or plane in taken:

@@ -42,8 +42,7 @@ def page_order(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> Ints:
 
     Boxes are cut into slabs along the axis along which their centres spread least, each slab along the next one into
     columns, each column along the third into pages, as often along each axis as makes pages near cubes.  Equal centres
-    keep the order they are given in, so that equal input gives equal pages.
-    """
+    keep the order they are given in, so that equal input gives equal pages."""
     boxes = np.asarray(boxes, float).reshape(-1, 6)
     n = len(boxes)
     if n == 0:

@@ -1,6 +1,5 @@
 """Compiled look-up of the cells of the grid and of the oct-tree. Importing this module loads numba: import it where a
-query is asked.
-"""
+query is asked."""
 
 from __future__ import annotations
 
@@ -90,8 +89,7 @@ def octree_entries_in_boxes(
 
     cells: (m, 6) boxes of the cells, root first, depth by depth; of cell i the children are `first_child[i]` to
     `first_child[i] + child_count[i]`, the boxes, where it is a leaf, `entry[first_entry[i]]` to
-    `entry[first_entry[i + 1]]`.
-    """
+    `entry[first_entry[i + 1]]`."""
     out_asked, out_box = np.empty(FIRST_ROOM, np.int64), np.empty(FIRST_ROOM, np.int64)
     count = 0
     stack = np.empty(stack_room, np.int64)

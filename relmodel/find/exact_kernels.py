@@ -19,8 +19,7 @@ TOLERANCE_MM = 1e-6
 def _meets_half_spaces(triangle: Floats, planes: Floats, slack: float, polygon: Floats, clipped: Floats) -> bool:
     """Whether a triangle (3, 3) has a point within the slack of all half-spaces (k, 4): it is clipped by each in turn.
 
-    Sutherland and Hodgman, "Reentrant polygon clipping", Communications of the ACM 17, 1974.
-    """
+    Sutherland and Hodgman, "Reentrant polygon clipping", Communications of the ACM 17, 1974."""
     count = 3
     for i in range(3):
         for j in range(3):
@@ -70,8 +69,7 @@ def _cross(a: Vector, b: Vector) -> Vector:
 def _distance2(triangle: Floats, p: Floats) -> float:
     """Squared distance of a point from a triangle (3, 3), which may be a segment or a point.
 
-    Ericson, "Real-Time Collision Detection", 2005, 5.1.5, with the edges taken first.
-    """
+    Ericson, "Real-Time Collision Detection", 2005, 5.1.5, with the edges taken first."""
     least = np.inf
     normal = _cross(_from(triangle[0], triangle[1]), _from(triangle[0], triangle[2]))
     inside = True
@@ -98,8 +96,7 @@ def _distance2(triangle: Floats, p: Floats) -> float:
 def _winding(triangles: Floats, first: int, end: int, p: Floats) -> float:
     """How often the triangles go round a point: 1 inside a closed surface, 0 outside.
 
-    Van Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983.
-    """
+    Van Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983."""
     total = 0.0
     for row in range(first, end):
         a, b, c = _from(p, triangles[row, 0]), _from(p, triangles[row, 1]), _from(p, triangles[row, 2])
@@ -132,8 +129,7 @@ def meet_volumes(
 
     An element e has the triangles (m, 3, 3) `first_triangle[e]` to `first_triangle[e + 1]` in its shape's frame; where
     it is `solid`, it holds what they enclose.  Its exact geometry is within `deviation` (mm) of them: volumes are taken
-    as so much wider, or narrower where elements must lie wholly inside.
-    """
+    as so much wider, or narrower where elements must lie wholly inside."""
     out = np.zeros(len(asked), np.bool_)
     room = 0
     for volume in range(len(start) - 1):
@@ -194,8 +190,7 @@ def meet_volumes(
 def _segments_distance2(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
     """Squared distance of the segments a b and c d, either of which may be a point.
 
-    Ericson, "Real-Time Collision Detection", 2005, 5.1.9.
-    """
+    Ericson, "Real-Time Collision Detection", 2005, 5.1.9."""
     u, v, w = _from(a, b), _from(c, d), _from(c, a)
     uu, vv, uv, uw, vw = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, w), _dot(v, w)
     s, t = 0.0, 0.0
@@ -270,8 +265,7 @@ def _holds_piece(solid: Floats, first: int, end: int, box: Floats, of: Floats, b
     """Whether a closed surface in a box holds a piece of others that do not cross it.
 
     A triangle that shares a corner with one before is of its piece, and one corner tells of both.  It is looked for
-    among as many as the surface has triangles, so that looking costs less than winding.
-    """
+    among as many as the surface has triangles, so that looking costs less than winding."""
     for row in range(begin, stop):
         p, within = of[row, 0], True
         for j in range(3):
@@ -302,8 +296,7 @@ def distances(
     """Distance (n,), mm, of elements placed by `transforms` (n, 4, 4) from the triangles (m, 3, 3) of a body; 0 where
     they touch, or one lies inside the other and that is solid.  Elements are those of `meet_volumes`.
 
-    The body's triangles are looked at in runs, where the boxes around them are nearer than what was found.
-    """
+    The body's triangles are looked at in runs, where the boxes around them are nearer than what was found."""
     run = 16
     out = np.empty(len(element))
     local = np.empty_like(body)

@@ -65,8 +65,7 @@ def in_volumes(
     The newest revision of the world is asked; the only world of a store needs no name, and a store without worlds holds
     nothing.  wholly: only what lies in a volume with all of it, of its boxes or, at precision `exact`, of its triangles
     with all that may reach beyond them.  Raises UsageError where the level, the precision or the world is unknown, or
-    several worlds need a name.
-    """
+    several worlds need a name."""
     if level not in LEVELS:
         raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
     if precision not in PRECISIONS:
@@ -127,8 +126,7 @@ def nearest_parts(
     tool: points (n, 3), mm, about the point that goes the path, turned as the world is; the tool is their convex hull,
     without them a point.  radius: by which it is larger all round, mm, as a ball is than a point.  Raises UsageError
     where the path or the tool is none, no such part is placed, the count is below 1 or the radius below 0, and as
-    `in_volumes`.
-    """
+    `in_volumes`."""
     from relmodel.find.exact_kernels import distances
 
     if not 0 <= radius < np.inf or count < 1:

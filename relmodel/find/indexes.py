@@ -1,7 +1,6 @@
 """A world in memory, and the kinds of index over its boxes: R-tree, grid, oct-tree, range trees.
 
-All give the same answers; they differ in building, size and time.
-"""
+All give the same answers; they differ in building, size and time."""
 
 from __future__ import annotations
 
@@ -65,8 +64,7 @@ class PackedRTree(BoxIndex):
     """An R-tree of boxes (n, 6: x0 y0 z0 x1 y1 z1), packed by Sort-Tile-Recursive on every level.
 
     Leutenegger, Lopez and Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997.  The
-    children of a node are compared all at once (`rtree_kernels`).  Boxes that touch a volume are in it.
-    """
+    children of a node are compared all at once (`rtree_kernels`).  Boxes that touch a volume are in it."""
 
     def __init__(self, boxes: npt.ArrayLike) -> None:
         from relmodel.find import rtree_kernels
@@ -129,8 +127,7 @@ class Grid(BoxIndex):
     volume looks at the cells that its bounds reach, and at those before them by the longest side of the level.  So
     large boxes do not flood the small cells.  The size of the smallest cells is that of least expected cost, the number
     of cells looked up and of boxes tested by volumes that hold EXPECTED_HITS boxes: large cells test boxes in vain,
-    small cells are many.
-    """
+    small cells are many."""
 
     _cells: tuple[Floats, Floats, Floats, Ints, Ints, Ints, Ints]
 
@@ -198,8 +195,7 @@ class Octree(BoxIndex):
     """Cells halved along each axis until they hold at most FILL boxes, or halving no longer parts the boxes.
 
     A box is listed in every leaf that it touches; a query reports it in one of them only, that which holds the least
-    point that box and query share.  Empty cells are not kept.  How cells refer to each other: see the kernel.
-    """
+    point that box and query share.  Empty cells are not kept.  How cells refer to each other: see the kernel."""
 
     def __init__(self, boxes: npt.ArrayLike) -> None:
         self._boxes = as_boxes(boxes)
@@ -268,8 +264,7 @@ class RangeTree(BoxIndex):
     that a binary search finds whether one of them meets [q0, q1] in z.  Groups of a few boxes are lists without trees.
 
     It takes O(n log^2 n) memory, some hundred times that of the boxes: use it where the cost must not depend on how
-    they lie.
-    """
+    they lie."""
 
     def __init__(self, boxes: npt.ArrayLike) -> None:
         from relmodel.find.rangetree_kernels import greatest_so_far, trees_over
@@ -319,8 +314,7 @@ class WorldIndex:
     """The boxes of a world's parts, features, surfaces and arcs: the answers of `in_volume` without the store.
 
     Placed parts lie in an index of the kind asked for.  Elements are kept once a shape, in its frame and in pages: a
-    query carries the volume into the frame of each part that it meets.
-    """
+    query carries the volume into the frame of each part that it meets."""
 
     def __init__(
         self,

@@ -2,8 +2,7 @@
 
 The files keep the two levels of the store: what is in an object once, in its own frame, and the objects as placed.
 `queries/parquet/placed_parts.sql` joins the levels, `queries/parquet/find_in_volumes.sql` asks volumes; DuckDB and
-Spark SQL take both as they stand.
-"""
+Spark SQL take both as they stand."""
 
 from __future__ import annotations
 
@@ -65,8 +64,7 @@ def export_parts(
     element, the boxes of shapes, features, surfaces and arcs in the shapes' frames; and hull, the corners of the
     shapes' convex hulls.  Rows of other stores stay; those
     of this one are replaced when everything is written.  One page range is in memory at a time.  Raises UsageError
-    where the world is unknown, nothing is placed, or the folder holds something else.
-    """
+    where the world is unknown, nothing is placed, or the folder holds something else."""
     from pyarrow import parquet
 
     folder = Path(folder)

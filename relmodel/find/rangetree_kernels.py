@@ -8,8 +8,7 @@ Trees over an axis are a tuple of arrays: of each group of boxes
     group_first, group_member: the boxes of the groups themselves;
     node_first, node_member: the boxes of the nodes, which are the groups of the next axis.
 
-Node 1 of a tree is its root, 2 i and 2 i + 1 are the children of i.
-"""
+Node 1 of a tree is its root, 2 i and 2 i + 1 are the children of i."""
 
 from __future__ import annotations
 

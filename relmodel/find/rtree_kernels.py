@@ -3,8 +3,7 @@
 `nodes` (m, 7, 16) hold the bounds of up to 16 children each, bound by bound, so that one comparison is of all of them:
 x0 y0 z0 x1 y1 z1, of an empty place the least above and the greatest below all numbers; and which they are: the numbers
 of entries, or of the nodes below, which follow each other. Levels lie one after the other, leaves first and the root
-last. All in one array, for an array that is handed in costs as much as a tenth of a question.
-"""
+last. All in one array, for an array that is handed in costs as much as a tenth of a question."""
 
 from __future__ import annotations
 
@@ -79,8 +78,7 @@ def entries_in_box(nodes: Floats, leaves: int, asked: Floats) -> Ints:
 def entries_in_boxes(nodes: Floats, leaves: int, order: Ints, asked: Floats) -> tuple[Ints, Ints]:
     """Pairs (number of the box asked, number of the entry) where entries meet boxes (k, 6): two arrays, by box asked.
 
-    order (k,): in which they are looked at; near ones after each other find the nodes in the processor's cache.
-    """
+    order (k,): in which they are looked at; near ones after each other find the nodes in the processor's cache."""
     stack = np.empty(STACK, np.int64)
     hit = np.empty(FANOUT, np.bool_)
     found = np.empty(FIRST_ROOM, np.int64)
@@ -123,8 +121,7 @@ def entries_in_boxes(nodes: Floats, leaves: int, order: Ints, asked: Floats) -> 
 def fill_nodes(boxes: Floats, order: Ints, first: Ints, below: int, nodes: Floats) -> None:
     """Write boxes (n, 6) into nodes (m, 7, 16): into node i those of `order` from `first[i]` to `first[i + 1]`.
 
-    below: number of the first node that they are of, -1 where they are entries, as `order` has them.
-    """
+    below: number of the first node that they are of, -1 where they are entries, as `order` has them."""
     for i in range(len(nodes)):
         for k in range(FANOUT):
             there = first[i] + k < first[i + 1]
@@ -255,8 +252,7 @@ def elements_in_volumes(
     """Elements of parts that are not wholly outside a volume, for pairs of a volume and a part: (pair, row of `boxes`).
 
     The volume is carried into the frame of the part's shape by `transforms` (n, 4, 4) and tested against the pages
-    `shape_pages[s]` to `shape_pages[s + 1]` of shape `part_shape[part]`, then against the boxes of the page.
-    """
+    `shape_pages[s]` to `shape_pages[s + 1]` of shape `part_shape[part]`, then against the boxes of the page."""
     out_pair, out_row = np.empty(FIRST_ROOM, np.int64), np.empty(FIRST_ROOM, np.int64)
     count = 0
     planes = _unshifted(half_spaces)

@@ -51,8 +51,7 @@ class Volume:
 class Box(Volume):
     """An axis-aligned box; its faces belong to it, and it may be a rectangle, a segment or a point.
 
-    Raises InputError where a bound is not finite or a least bound exceeds the greatest.
-    """
+    Raises InputError where a bound is not finite or a least bound exceeds the greatest."""
 
     x0: float
     y0: float
@@ -83,8 +82,7 @@ class OrientedBox(Volume):
 
     world_from_box: pose (4, 4); half: half its size along each axis of its frame (3,), mm, none below zero.
 
-    Raises InputError where a number is not finite, half a size is below zero or the pose is not rigid.
-    """
+    Raises InputError where a number is not finite, half a size is below zero or the pose is not rigid."""
 
     world_from_box: Floats
     half: Floats
@@ -117,8 +115,7 @@ class OrientedBox(Volume):
 class Sphere(Volume):
     """A ball; its surface belongs to it, and a radius of zero makes it a point.
 
-    Raises InputError where a number is not finite or the radius is below zero.
-    """
+    Raises InputError where a number is not finite or the radius is below zero."""
 
     x: float
     y: float
@@ -145,8 +142,7 @@ class Polyhedron(Volume):
     """The points inside all of some half-spaces (k, 4: outward normal n of any length, offset d; `n . p <= d`).
 
     Raises InputError where they are not finite, a normal is zero, they have no point in common, or what they have in
-    common is not bounded.
-    """
+    common is not bounded."""
 
     given: npt.ArrayLike
 
@@ -210,8 +206,7 @@ class Frustum(Volume):
     near, far: depths along z, mm.
 
     Raises InputError where a number is not finite, near and far are not 0 <= near < far, the matrix is no camera
-    matrix, or the pose is not rigid.
-    """
+    matrix, or the pose is not rigid."""
 
     width: int
     height: int
@@ -275,8 +270,7 @@ class VolumeTable:
     """Volumes by columns, for compiled code.
 
     bounds: (k, 6); half_spaces: of volume i the rows `start[i]` to `start[i + 1]`, the last six its bounds' (n, 4);
-    balls: (k, 4), centre and radius, the radius infinite where there is no ball.
-    """
+    balls: (k, 4), centre and radius, the radius infinite where there is no ball."""
 
     bounds: Floats
     half_spaces: Floats
@@ -340,8 +334,7 @@ def widened(view: Frustum, covariance: Floats, confidence: float, rig_from_camer
 
     The bounds are in closed form.  A ray within an angle a of a direction with the tangents (u, v) stays below the
     tangent tan(atan u + asin(sin a sqrt(1 + v^2 / (1 + u^2)))).  A rig turned by r moves a camera at c by r x c, give
-    or take |r|^2 |c| / 2.  Raises InputError where the covariance is invalid.
-    """
+    or take |r|^2 |c| / 2.  Raises InputError where the covariance is invalid."""
     from scipy.special import chdtri
 
     covariance = np.asarray(covariance, float)

@@ -41,8 +41,7 @@ def joined(nodes: Iterable[int], edges: Iterable[tuple[int, int]]) -> list[list[
 def group_bounds(values: Floats, group: Ints, count: int) -> tuple[Floats, Floats]:
     """Least and greatest values (count, ...) of each group; inf and -inf of an empty one.
 
-    values (n, ...), group (n,): from 0 to count - 1.
-    """
+    values (n, ...), group (n,): from 0 to count - 1."""
     columns, shape = values.reshape(len(values), prod(values.shape[1:])).T, (count, *values.shape[1:])
     low, high = np.full((len(columns), count), np.inf), np.full((len(columns), count), -np.inf)
     for i, column in enumerate(columns):  # NumPy is several times faster on vectors than on rows
@@ -87,8 +86,7 @@ class Constituents:
     """What a thing is made of.
 
     kind: what no motion changes at all; sizes (n, k), mm: what it changes by round-off; points (n, 3, 3): what moves
-    along, the second and the third in any order; weight (n, m): shares of the elements in m means of their places.
-    """
+    along, the second and the third in any order; weight (n, m): shares of the elements in m means of their places."""
 
     kind: list[str]
     sizes: Floats
@@ -109,8 +107,7 @@ def motions(a: Constituents, b: Constituents, within: float, loose: float) -> It
     """Motions `b_from_a` (4, 4) that take all elements of a to their like in b, and to which each comes (n,).
 
     within: how far, mm, points may stay off; loose: how far sizes may differ, and points before the motion is fitted.
-    A symmetric thing has several; at most 256 are tried.
-    """
+    A symmetric thing has several; at most 256 are tried."""
     slack = 1e-6 + 10 * loose / max(a.extent, loose)
     unlike = abs(a.extent - b.extent) > loose or abs(_chirality(a) - _chirality(b)) > slack + 1e-3 * abs(_chirality(a))
     label = None if unlike else _labels(a, b, loose)

@@ -1,7 +1,6 @@
 """Arcs from table rows: points, derivatives, lengths and boxes.
 
-Parameterisation as at the head of `schema/030_surface.sql`; agrees with the CAD kernel to 1e-9 mm.
-"""
+Parameterisation as at the head of `schema/030_surface.sql`; agrees with the CAD kernel to 1e-9 mm."""
 
 from __future__ import annotations
 
@@ -68,8 +67,7 @@ class ByKind:
 def pieces(t0: Floats, t1: Floats, which: Ints, cuts: Floats) -> tuple[Ints, Floats, Floats]:
     """Intervals t0 to t1 (n,) cut at parameters (m,) that lie clearly within: whose piece, its start and its end.
 
-    which: (m,) the interval that each cut is of; cuts nearer to each other than 1e-9 of the interval are one.
-    """
+    which: (m,) the interval that each cut is of; cuts nearer to each other than 1e-9 of the interval are one."""
     least = 1e-9 * (t1 - t0)
     inside = (cuts > (t0 + least)[which]) & (cuts < (t1 - least)[which])
     which, cuts = which[inside], cuts[inside]
@@ -135,8 +133,7 @@ class Curves(FramedCurves):
 
     columns: columns of the table `arc`.
     splines, offsets: columns of `arc_spline` and `arc_offset`, with `arc_no` saying whose row each is.
-    basis: what offset rows refer to by row in their column `basis_arc`; None: earlier rows of these curves.
-    """
+    basis: what offset rows refer to by row in their column `basis_arc`; None: earlier rows of these curves."""
 
     def __init__(
         self,
@@ -188,8 +185,7 @@ class Curves(FramedCurves):
     def inner_cuts(self, row: Ints, t0: Floats, t1: Floats) -> tuple[Ints, Floats]:
         """Where smooth pieces of arcs `row` (n,) meet: which of the intervals t0 to t1 (n,), and the parameter.
 
-        Some may lie beyond the interval or at its ends; conics are cut into even pieces.
-        """
+        Some may lie beyond the interval or at its ends; conics are cut into even pieces."""
         which, cuts = [np.empty(0, np.int64)], [np.empty(0)]
         kind = self.kind[row]
         conic = np.flatnonzero(np.logical_or.reduce([kind == name for name in CONICS]))

@@ -1,8 +1,7 @@
 """B-spline curves and surfaces, many at once, by the recurrence of Cox and de Boor.
 
 Knots are distinct and increasing, with a multiplicity each, as in ISO 10303-42 and in the tables; poles of periodic
-splines are stored once and wrap.  Source: Piegl and Tiller, The NURBS Book, algorithms A2.1 to A4.4.
-"""
+splines are stored once and wrap.  Source: Piegl and Tiller, The NURBS Book, algorithms A2.1 to A4.4."""
 
 from __future__ import annotations
 
@@ -31,8 +30,7 @@ def flat_knots(degree: int, periodic: bool, knots: npt.ArrayLike, multiplicities
 def functions(knots: Floats, t: Floats) -> tuple[Floats, Floats]:
     """Values and first derivatives (p + 1, n) of the functions that bear on parameters (n,).
 
-    knots: (2 p, n), the flat knots around each parameter, as many before its span's end as after its start.
-    """
+    knots: (2 p, n), the flat knots around each parameter, as many before its span's end as after its start."""
     p = len(knots) // 2
     lower = values = np.ones((1, len(t)))
     for degree in range(1, p + 1):
@@ -75,8 +73,7 @@ class Basis:
     def at(self, number: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
         """Poles (p + 1, n) that bear on parameters (n,) of splines of one degree, values and derivatives of functions.
 
-        Parameters beyond the ends wrap where the spline is periodic, else the end span goes on.
-        """
+        Parameters beyond the ends wrap where the spline is periodic, else the end span goes on."""
         low, width, p = self.low[number], self.width[number], int(self.degree[number[0]])
         beyond = self._periodic[number] & ((t < low) | (t > low + width))
         t = np.where(beyond, low + np.mod(t - low, width), t)
@@ -102,8 +99,7 @@ class Splines:
     columns: degree, periodic, knots, multiplicities, poles, weights (null where not rational) as in `arc_spline`, or
         as in `surface_spline`, where `ways` are the prefixes of what stands twice.
     rows: which rows of the columns, in order of the numbers.
-    dimension: of the poles, 2 or 3.
-    """
+    dimension: of the poles, 2 or 3."""
 
     def __init__(self, columns: Mapping[str, Any], rows: Ints, dimension: int = 3, ways: Sequence[str] = ("",)) -> None:
         of = {name: [values[i] for i in rows.tolist()] for name, values in columns.items()}

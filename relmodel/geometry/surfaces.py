@@ -36,8 +36,7 @@ class Surfaces:
     columns: columns of the table `surface`.
     splines, swept: columns of `surface_spline` and `surface_swept`, with `surface_no` saying whose row each is.
     basis_curves, basis_surfaces: what swept rows refer to by row in their columns `basis_arc`, `basis_surface`
-        (-1 is none); without basis surfaces these are earlier rows of the surfaces themselves.
-    """
+        (-1 is none); without basis surfaces these are earlier rows of the surfaces themselves."""
 
     def __init__(
         self,
@@ -101,8 +100,7 @@ class Surfaces:
     def parameters(self, row: npt.ArrayLike, points: Floats) -> tuple[Floats, Floats]:
         """Parameters u, v (n,) of the points (n, 3) on the analytic surfaces `row` (n,), angles in [-pi, pi].
 
-        Of a point off the surface: those of its foot (of the same height, for a cone); NaN for other kinds.
-        """
+        Of a point off the surface: those of its foot (of the same height, for a cone); NaN for other kinds."""
         row = np.broadcast_to(np.asarray(row, np.int64), len(points))
         u, v = np.full(len(points), np.nan), np.full(len(points), np.nan)
         for kind, at in self.by_kind.of(row):
@@ -203,8 +201,7 @@ class Pcurves(FramedCurves):
     """Curves to be evaluated, many at once: `x` and `y` are the axes in (u, v).
 
     columns: origin, axis, direct (whether Y is X turned by +90 degrees, else its negative), radius, radius2, and those
-        of `arc_spline`.
-    """
+        of `arc_spline`."""
 
     def __init__(self, columns: Mapping[str, Any]) -> None:
         super().__init__(columns)
@@ -226,8 +223,7 @@ _AXIS = 1e-6  # mm: nearer to the axis of a cone or torus the direction away fro
 def normals_at(surfaces: Surfaces, row: Ints, points: Floats) -> Floats:
     """Outward unit normals (n, 3) of the surfaces `row` (n,) at points (n, 3) on them.
 
-    NaN where a point does not tell: on the axis of a cone, on a torus that crosses itself, on other kinds.
-    """
+    NaN where a point does not tell: on the axis of a cone, on a torus that crosses itself, on other kinds."""
     hand = np.where(surfaces.reversed, -surfaces.hand, surfaces.hand)
     out = np.full((3, len(row)), np.nan)
     for kind, at in surfaces.by_kind.of(row):
@@ -291,8 +287,7 @@ def distances(surfaces: Surfaces, row: Ints, points: Floats, uv: Floats, enough:
     """Distances (n,) of points (n, 3) from the unbounded surfaces `row` (n,), mm.
 
     Of analytic surfaces exact; of others an upper bound, by Gauss-Newton steps towards the foot from the parameters
-    uv (n, 2), which are not taken where the distance is below `enough` without them.
-    """
+    uv (n, 2), which are not taken where the distance is below `enough` without them."""
     out = np.empty(len(row))
     for kind, at in surfaces.by_kind.of(row):
         if kind in ANALYTIC_KINDS:

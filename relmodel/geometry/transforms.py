@@ -1,7 +1,6 @@
 """Rigid transforms, vectors by components, boxes of what is placed, and trees of links and joints.
 
-Transforms are 4x4 arrays named `a_from_b`; the twelve columns m00 .. m23 hold them in tables.
-"""
+Transforms are 4x4 arrays named `a_from_b`; the twelve columns m00 .. m23 hold them in tables."""
 
 from __future__ import annotations
 
@@ -95,8 +94,7 @@ def boxes_carried(a_from_b: Floats, boxes: Floats) -> Floats:
 
     `a_from_b` is one transform (4, 4) or one a box (n, 4, 4).  (Arvo, "Transforming axis-aligned bounding boxes",
     Graphics Gems 1990.)  Each bound is a sum of products in the order x, y, z, translation: rounding is monotone, so
-    a box that holds another still holds it when both are carried, and SQL that sums in this order gives equal bits.
-    """
+    a box that holds another still holds it when both are carried, and SQL that sums in this order gives equal bits."""
     out = np.empty((len(boxes), 6))
     for i in range(3):
         ends = [(a_from_b[..., i, j] * boxes[:, j], a_from_b[..., i, j] * boxes[:, 3 + j]) for j in range(3)]
@@ -153,8 +151,7 @@ def outermost(points: Floats) -> Floats:
     """Those of points (n, 3) that lie farthest out in some direction; of flat ones all.
 
     What lies within a polytope between a few of the points is none of them and is left out first (Akl and Toussaint,
-    "A fast convex hull algorithm", 1978), which also leaves out what is off one of them by rounding only.
-    """
+    "A fast convex hull algorithm", 1978), which also leaves out what is off one of them by rounding only."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
@@ -231,8 +228,7 @@ def boxes_placed(
     That is the box around the placed hull with what reaches beyond it, or the box of the placed box where that is less.
     turn_again: leave the latter out where there is a hull, so that the box, carried into any other frame, holds the one
     that this gives there.  Sums are in the order x, y, z, translation, so that SQL that sums in this order gives equal
-    bits.
-    """
+    bits."""
     placed = boxes_carried(a_from_shape, boxes)
     hull = np.searchsorted(hulls.shape_id, shape_id)
     known = np.flatnonzero(np.isin(shape_id, hulls.shape_id))
@@ -303,8 +299,7 @@ class JointTree:
     """Links connected by joints, one root; parent joints come first.
 
     Raises InputError where a name stands twice or is unknown, a link has two parents, there are several roots, or
-    joints close a ring.
-    """
+    joints close a ring."""
 
     def __init__(self, links: Sequence[str], joints: Sequence[Joint]) -> None:
         for what, names in (("link", list(links)), ("joint", [j.name for j in joints])):
@@ -358,8 +353,7 @@ class JointTree:
         """Values of all joints that move, rad or mm, from those given; a name with `_deg` gives an angle in degrees.
 
         A joint that is not given stands at zero, or at the limit next to it.  Raises InputError, beginning with
-        `what`, for an unknown joint, one given twice, or a value outside the limits, of a follower too.
-        """
+        `what`, for an unknown joint, one given twice, or a value outside the limits, of a follower too."""
         named = self.named(given, what)
         out = self.followed({j.name: named.get(j.name, float(np.clip(0.0, *j.limits))) for j in self.movable})
         for joint in self.joints:
@@ -377,8 +371,7 @@ class JointTree:
         """Standard deviations of the joints given, rad or mm, named as for `values`.
 
         Raises InputError, beginning with `what`, for an unknown joint, one given twice, or a sigma that is not above
-        zero.
-        """
+        zero."""
         out = self.named(given, what)
         for name, sigma in out.items():
             if not 0 < sigma < np.inf:
@@ -412,8 +405,7 @@ class JointTree:
 
     def screws(self, link: str, values: Mapping[str, float], names: Sequence[str]) -> Floats:
         """How the link moves with the joints `names`: twists (6, n), (v mm, w rad) about the root's origin, each per
-        rad or mm, in the root's frame: root_from_link' = (1 + [twist]) root_from_link.  Joints that follow count in.
-        """
+        rad or mm, in the root's frame: root_from_link' = (1 + [twist]) root_from_link.  Joints that follow count in."""
         poses = self.poses(values)
         out = np.zeros((6, len(names)))
         while link != self.root:

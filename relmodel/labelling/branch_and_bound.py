@@ -56,8 +56,7 @@ class Duals:
 
     live (candidates + units,): allowed states, candidates first, then having none.  message (slots,), label_dual
     (labels,), reduced (candidates,) = r, unit_dual (units,): the least reduced cost; bound: of the scaled cost; chosen
-    (units,): candidate of each unit in the assignment that the prices come from, -1 for none.
-    """
+    (units,): candidate of each unit in the assignment that the prices come from, -1 for none."""
 
     live: Bools
     message: Ints

@@ -1,6 +1,5 @@
 """Compiled kernels of the search: dual ascent, its sweeps with a softened minimum, and better labellings near one that
-is known.
-"""
+is known."""
 
 from __future__ import annotations
 
@@ -146,8 +145,7 @@ def assign(
     returns its cost, which is the sum of the duals.
 
     label_dual starts at 0; chosen (units,) candidate or -1; owner (labels,) unit or -1.  distance, via, queue (labels,)
-    are room to work in.  A unit without a live state gets the null cost FAR.
-    """
+    are room to work in.  A unit without a live state gets the null cost FAR."""
     units, labels = len(null_cost), len(owner)
     for label in range(labels):
         label_dual[label] = 0
@@ -343,8 +341,7 @@ def soft_price(
     """For each label the price at which the units together want it once, or 0 where they want it less; total (units,),
     bid and bidder (candidates,) are room to work in.
 
-    A candidate bids its loss: how far the softened least of the unit's other states lies above its own cost.
-    """
+    A candidate bids its loss: how far the softened least of the unit's other states lies above its own cost."""
     units = len(null_cost)
     for u in range(units):  # weights of all states, counted from the cost of none: sums are kept up to date below
         total[u] = 1.0 if live[first[-1] + u] else 0.0
@@ -424,8 +421,7 @@ def improve(first: Ints, base: Ints, null_cost: Ints, start: Ints, labelling: _L
     """Descend from the labelling `start` (units,) by moving one unit to another state, or to a label whose owner then
     takes its best other state; `chosen` (units,) is where it ended.
 
-    chosen and owner (labels,) are -1 at the start, saved (candidates,) 0: the gain that each candidate would have.
-    """
+    chosen and owner (labels,) are -1 at the start, saved (candidates,) 0: the gain that each candidate would have."""
     candidate_label, _, _, _, _, _, chosen, owner, saved = labelling
     units = len(null_cost)
     for u in range(units):

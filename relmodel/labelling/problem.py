@@ -34,8 +34,7 @@ class MatchingProblem:
     candidate_cost (candidates,); neighbour_unit, neighbour_other, neighbour_weight (neighbours,): ordered pairs (u, v),
     weight >= 0; compatibility (pairs, 2): numbers of two candidates that confirm each other, the lower first; saves
     (pairs,): what that saves of each relation, (u, v) and (v, u), where it exists and weighs so much.  injective: no
-    label twice.
-    """
+    label twice."""
 
     null_cost: Ints
     labels: int
@@ -78,8 +77,7 @@ class MatchingProblem:
     def candidates_of(self, label: npt.ArrayLike) -> Ints:
         """(units,): the number of the candidate that a labelling gives each unit, -1 for none.
 
-        Raises ValueError where a label is not a candidate of its unit or is taken twice in an injective problem.
-        """
+        Raises ValueError where a label is not a candidate of its unit or is taken twice in an injective problem."""
         labels = np.asarray(label, np.int64)
         if labels.shape != (self.units,):
             raise ValueError(f"a labelling of {self.units} units, given {labels.shape}")
@@ -109,8 +107,7 @@ def matching_problem(
 
     (u, v) and (v, u) are two relations, each with a weight of its own.  Compatibilities of what is no candidate or no
     neighbour, and of one label with itself in an injective problem, confirm nothing and are left out.  Raises
-    ValueError where rows name what is not there, twice, or cost what no sum can hold.
-    """
+    ValueError where rows name what is not there, twice, or cost what no sum can hold."""
     nulls = np.asarray(null_cost, np.int64).ravel()
     rows, near = _table(candidates, 3), _table(neighbours, 3)
     by_degrees = np.asarray(compatibilities).shape[-1] == 5
@@ -228,8 +225,7 @@ class SearchTables:
     its pairs), slot_half (slots,); pair_first (slots + 1,), pair_slot, pair_gain: slots of the neighbour's candidates
     that this one is compatible with, and what each saves;
     half_first (units + 1,), half_twin (halves,); label_first (labels + 1,), label_candidate: candidates by label;
-    before, after (candidates,): slots whose neighbour comes before the unit, or after.
-    """
+    before, after (candidates,): slots whose neighbour comes before the unit, or after."""
 
     problem: MatchingProblem
     base: Ints
@@ -308,8 +304,7 @@ class SearchNode:
     branch: `root` (all of them), `take` (those of the parent in which `unit` has `label`, -1 for none) or `rest` (those
     of the parent that none of its `take` children holds); so the children of a node cover it.  bound: no labelling of
     the node costs less, or none costs less than what was found.  status: `branched` (it has children), `pruned` (it
-    holds nothing better than what was found), `open` (the search ended before it).
-    """
+    holds nothing better than what was found), `open` (the search ended before it)."""
 
     node: int
     parent: int
@@ -327,8 +322,7 @@ class MatchingResult:
 
     status: `optimal` (cost = bound), `bounded` (no labelling costs less than bound, which is all that the mode can
     tell), `stopped` (a limit on nodes or seconds ended it).  nodes: searched; selections: units or functions
-    instantiated.  tree: of the default mode.
-    """
+    instantiated.  tree: of the default mode."""
 
     mode: str
     label: Ints
@@ -345,8 +339,7 @@ class MatchingResult:
 
 def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, dict[str, Any]]:
     """Columns by table, in the order in which they may be appended; run_id, problem_no and what else the row of
-    `problem` holds (kind, method, units_id, labels_id, parameters) are the caller's to add.
-    """
+    `problem` holds (kind, method, units_id, labels_id, parameters) are the caller's to add."""
     pair = problem.compatibility
     unit, label = problem.candidate_unit, problem.candidate_label
     return {

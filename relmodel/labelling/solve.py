@@ -169,8 +169,7 @@ def solve(
     nodes (PAPER_NODES times as many of `paper`) and seconds end the search, the latter at the price of runs that
     differ.
 
-    Equal problems give equal results unless `seconds` ends the search.  Raises UsageError for a mode that is none.
-    """
+    Equal problems give equal results unless `seconds` ends the search.  Raises UsageError for a mode that is none."""
     check_mode(mode)
     if mode == PAPER:
         return search_as_printed(problem, nodes * PAPER_NODES, seconds)

@@ -42,8 +42,7 @@ class NewShape:
     """A shape that the store lacks, its keys, and what follows from it.
 
     class_keys: keys of the features' classes.  box: x0 y0 z0 x1 y1 z1, mm; area: of all surfaces, mm2.
-    hull: corners (n, 3) of the convex hull of its triangles; None where it has none, or fills its box.
-    """
+    hull: corners (n, 3) of the convex hull of its triangles; None where it has none, or fills its box."""
 
     shape: Shape
     keys: ShapeKeys
@@ -79,8 +78,7 @@ def derive(
 ) -> Derivation:
     """Derive from a model what the store will hold; the store is read and not written.
 
-    tell: is told what is being done.  Raises InputError where an assembly contains itself.
-    """
+    tell: is told what is being done.  Raises InputError where an assembly contains itself."""
     model = share(model)
     keys = model_keys(model)
     snapped = snap(store, connection, model, keys)
@@ -141,8 +139,7 @@ class LoadRequest:
 
     unit: required where the format states none (STL, OBJ, PLY).  allow_partial: take a file that lost faces on reading,
     which is refused otherwise; strict: refuse one with findings (`load_finding`).  time_limit_s: for reading it.
-    occluder: a mesh stays triangles between crease edges.
-    """
+    occluder: a mesh stays triangles between crease edges."""
 
     path: Path
     name: str
@@ -160,8 +157,7 @@ def load(store: Store, path: str | Path, *, reader: Reader = read, **how: Any) -
     Geometry that the store holds already is shared; the same content under the same name and variant adds nothing.
     `reader` reads the file (default: in a child process).  Raises InputError where the file is missing or bad, takes
     too long to read, is refused as `LoadRequest` says, or is given no name; the store is then as it was but for the
-    run, its load report and its findings.
-    """
+    run, its load report and its findings."""
     ((_, outcome),) = load_all(store, [LoadRequest(Path(path), **how)], reader=reader)
     if isinstance(outcome, InputError):
         raise outcome
@@ -173,8 +169,7 @@ def load_all(
 ) -> Iterator[tuple[LoadRequest, LoadReport | InputError]]:
     """Load files in turn, each with its report, or the reason why it was refused; the others are loaded all the same.
 
-    The next files are read meanwhile; the rows are those of one `load` after another.
-    """
+    The next files are read meanwhile; the rows are those of one `load` after another."""
     waiting = iter(requests)
     with ThreadPoolExecutor(READERS) as pool:
         jobs = deque(_begin(pool, reader, request) for request in islice(waiting, READERS))

@@ -28,8 +28,7 @@ class LoadReport:
     """What a load found and added, as the row of `load_report` says it.
 
     status: added, unchanged (the latest revision under this name and variant is just that), or partial (added from a
-    file that lost faces).  findings: how many rows of `load_finding` there are of each kind.
-    """
+    file that lost faces).  findings: how many rows of `load_finding` there are of each kind."""
 
     run: int
     status: str
@@ -62,8 +61,7 @@ def write(run: Run, connection: Connection, derived: Derivation, name: str, vari
     """Write a model under a name and a variant, within the transaction of `connection`.
 
     Geometry, parts and assemblies that the store holds already, by content, are not written again; a content other
-    than that of the latest revision becomes the next revision.
-    """
+    than that of the latest revision becomes the next revision."""
     model, keys = derived.model, derived.keys
     shape_ids, _ = ids_by_key(run, connection, "shape", [k.shape for k in keys.shapes])
     surfaces_added, arcs_added = append_geometry(run, connection, derived.shapes, shape_ids)

@@ -1,6 +1,5 @@
 """What makes an arc, a shape, a part or an assembly the same as another: content keys, and sharing found again in
-flattened files.
-"""
+flattened files."""
 
 from __future__ import annotations
 
@@ -344,8 +343,7 @@ ROUND_OFF_SHARE = 1e-9
 def share(model: Model) -> Model:
     """The model in which parts of congruent shapes have the first of these, placed by the motion.
 
-    The frame of such a part becomes that of the first; shapes that no part has any more are dropped.
-    """
+    The frame of such a part becomes that of the first; shapes that no part has any more are dropped."""
     of, motion, like = _classes(model.shapes)
     if np.array_equal(of, np.arange(len(of))):
         return model

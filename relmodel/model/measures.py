@@ -80,8 +80,7 @@ class ArcNormals:
     """Outward normals of the two surfaces that meet in each arc.
 
     a, b: row of the coedge that runs along the arc and of the one that runs against it, -1 where there is none.
-    Where only one runs it is `a`, whichever way; of more than two (non-manifold) the first of each sense counts.
-    """
+    Where only one runs it is `a`, whichever way; of more than two (non-manifold) the first of each sense counts."""
 
     def __init__(self, faces: TrimmedFaces) -> None:
         surfaces, curves, arc = faces.surfaces, faces.curves, faces.arc
@@ -159,8 +158,7 @@ def adjacency(normals: ArcNormals) -> Table:
 def _hollow(normals: ArcNormals, arc: Ints, t: Floats, normal_a: Floats, tangent: Floats) -> Bools:
     """Whether it is void that lies in the cusp of arcs where both faces leave the same way, their normals opposed.
 
-    The normals at the edge cannot decide; a little way along the faces, the one outside of the other does.
-    """
+    The normals at the edge cannot decide; a little way along the faces, the one outside of the other does."""
     surfaces = normals.surfaces
     points = normals.curves.evaluate(arc, t)[0] + _CUSP_MM * np.cross(normal_a, tangent)
     feet = []

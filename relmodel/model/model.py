@@ -3,8 +3,7 @@
 All of it is frozen, and nothing writes into its tables and arrays: what follows from a model is a new value.
 
 Columns bear the names of the schema's tables (`schema/030_surface.sql`, `040_part.sql`); ordinals (`surface_no`,
-`arc_no`) stand where the tables hold identities. Lengths are mm, angles rad, all in the frame of the shape.
-"""
+`arc_no`) stand where the tables hold identities. Lengths are mm, angles rad, all in the frame of the shape."""
 
 from __future__ import annotations
 
@@ -24,8 +23,7 @@ class Finding:
     """An irregularity that does not prevent loading: a row of `load_finding`.
 
     kind: a short name such as `open_edge`.  value, bound: what was measured and what it was compared with, in `unit`
-    (None where it is no measure).  surface_no, arc_no: which face or edge of the shape, None where it is the whole.
-    """
+    (None where it is no measure).  surface_no, arc_no: which face or edge of the shape, None where it is the whole."""
 
     kind: str
     message: str
@@ -79,8 +77,7 @@ class Shape:
     pcurves: curves of coedges in the (u, v) domain of their surfaces, as `readers/step/faces.py` has them; not stored.
     arc_offsets: columns of `arc_offset`, `arc_no` for the identity and `basis_arc` (row of `basis_arcs`).
     basis_*: curves and surfaces that swept and offset ones are made from, same columns as arcs and surfaces; one that
-        is itself made from others refers to rows before it.
-    """
+        is itself made from others refers to rows before it."""
 
     kind: Literal["solid", "sheet", "mesh"]
     volume: float | None
@@ -108,8 +105,7 @@ class Shape:
 class Pmi:
     """A dimension, tolerance or datum: `part_pmi`, `part_pmi_datum` and `part_pmi_surface`.
 
-    datums: precedence, letter and modifier; of a datum its own letter.  surfaces: surface_no and role.
-    """
+    datums: precedence, letter and modifier; of a datum its own letter.  surfaces: surface_no and role."""
 
     kind: str
     type: str
@@ -178,8 +174,7 @@ class Model:
     """All of one file.  The root is `assemblies[root]`; a file with a single part has an assembly around it.
 
     faces_in_file: by the file's text; None where the format has no such count.  findings: of the file as a whole.
-    files: what was read, the file itself first.
-    """
+    files: what was read, the file itself first."""
 
     format: str
     unit: str

@@ -5,8 +5,7 @@ end off the start of the next, mm. It is 0.01 mm or, where that is more, what th
 ends (ISO 10303-42 leaves the accuracy to the sender; the kernel calls an edge valid within its tolerance), but not more
 than a tenth of a millimetre or 1e-4 of the shape. What exceeds it is a finding, and the tolerance is then what was
 measured, so that `check` (`queries/check/loop_open.sql`, `arc_off_surface.sql`) lists what is worse than it was on
-loading. Arcs and surfaces that were fitted to a mesh have what was measured from the first.
-"""
+loading. Arcs and surfaces that were fitted to a mesh have what was measured from the first."""
 
 from __future__ import annotations
 
@@ -142,8 +141,7 @@ def _surface_gaps(shape: Shape) -> Floats:
     """Greatest distance of each coedge from its surface (n,), mm; 0 where a free-form face has no pcurve of it.
 
     An edge without length lies in a point of its surface all along its pcurve: the kernel takes edges for such ones
-    whose curve cannot be read.
-    """
+    whose curve cannot be read."""
     curves, surfaces = curves_of(shape), surfaces_of(shape)
     arc, surface = shape.coedges["arc_no"], shape.coedges["surface_no"]
     pcurves = row_count_or_none(shape.pcurves)

@@ -1,7 +1,6 @@
 """Readers of model files: STEP, meshes and URDF, each returning a frozen `Model`.
 
-`read` is the one way in.  What it needs is imported when it is called, and in the child process where there is one.
-"""
+`read` is the one way in.  What it needs is imported when it is called, and in the child process where there is one."""
 
 from __future__ import annotations
 
@@ -39,8 +38,7 @@ def read(path: Path, options: ReadOptions = DEFAULTS, *, in_child: bool = True) 
 
     By default a child process reads, under limits of time and memory: parsers of foreign bytes crash, hang and take
     what memory they want.  Raises InputError where the file cannot be read, holds nothing, gives numbers that are not
-    finite, or exceeds a limit.
-    """
+    finite, or exceeds a limit."""
     from relmodel.errors import InputError
     from relmodel.names import check_readable
 

@@ -3,8 +3,7 @@
     python -m relmodel.readers.child  < (path, options), pickled
 
 The result, a model or the sentence of a refusal, goes through a file without a name: nothing of it is left whichever
-process is killed.  A child ends with its parent, and at its time limit at the latest.
-"""
+process is killed.  A child ends with its parent, and at its time limit at the latest."""
 
 from __future__ import annotations
 

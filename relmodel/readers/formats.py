@@ -1,7 +1,6 @@
 """Formats of model files by their suffixes, and the unit of length that some of them leave open.
 
-Imports nothing heavy: what a call asks for is looked at before a reader is begun.
-"""
+Imports nothing heavy: what a call asks for is looked at before a reader is begun."""
 
 from __future__ import annotations
 
@@ -24,8 +23,7 @@ _LONG_UNITS |= {"millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "mete
 def format_of(path: Path) -> str:
     """`step`, `mesh` or `urdf`, by the suffix, that of the file within a `.gz` of STEP.
 
-    Raises InputError for an unknown one.
-    """
+    Raises InputError for an unknown one."""
     suffix = path.suffix.lower()
     if suffix in STEP_SUFFIXES or (suffix == ".gz" and Path(path.stem).suffix.lower() in STEP_SUFFIXES):
         return "step"

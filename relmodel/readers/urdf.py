@@ -80,8 +80,7 @@ def read_urdf(path: Path) -> Model:
     slash in a name becomes _, as in paths.
 
     Raises InputError where the file is no URDF, declares a document type or entities, where links and joints form no
-    tree with unique names, or a mesh is missing or outside the file's folder.
-    """
+    tree with unique names, or a mesh is missing or outside the file's folder."""
     content = path.read_bytes()
     root = _parse(content, path)
     space, _, local = root.tag.rpartition(":")
@@ -318,8 +317,7 @@ class _RobotReader:
     def _package(self, name: str) -> Path:
         """Root of a ROS package: the one that holds the URDF, a sibling of that, or the URDF's own folder.
 
-        A package is a folder with a package.xml that states its name (https://ros.org/reps/rep-0149.html).
-        """
+        A package is a folder with a package.xml that states its name (https://ros.org/reps/rep-0149.html)."""
         above = [] if name in ("", ".", "..") else [self.folder, *self.folder.parents]
         for folder in above:
             manifest = folder / "package.xml"

@@ -54,8 +54,7 @@ def ask(
     PostgreSQL the transaction is read-only and rolled back.  Raises InputError with the database's words where the
     statement is wrong, would write or takes too long, or a value is larger than `LARGEST_VALUE`; StoreError where
     PostgreSQL's role may reach beyond the database, as a superuser may: the server would let a statement use its files
-    and programs.
-    """
+    and programs."""
     with _asking(store, statement, time_limit_s, confined=True, overdue=overdue) as (_, names, rows):
         yield names, map(_printable, rows)
 
@@ -63,8 +62,7 @@ def ask(
 def ask_arrow(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> pa.Table:
     """The result of a statement as an Arrow table, for a program that may do more than ask.
 
-    As `ask`, but the store may be open for writing, and statements may read files: a program could do so anyway.
-    """
+    As `ask`, but the store may be open for writing, and statements may read files: a program could do so anyway."""
     with _asking(store, statement, time_limit_s, confined=False) as (cursor, names, rows):
         if store.dialect == "duckdb":
             return cursor.to_arrow_table()

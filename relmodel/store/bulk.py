@@ -115,8 +115,7 @@ def objects(values: ColumnValues, count: int) -> Iterator[Any]:
 def relation(connection: Connection, name: str, columns: Columns) -> Iterator[None]:
     """Columns as a relation that queries on `connection` may join by its name while the block lasts.
 
-    A temporary table that Arrow or COPY fills: to bind an element of a list takes DuckDB's client 60 us.
-    """
+    A temporary table that Arrow or COPY fills: to bind an element of a list takes DuckDB's client 60 us."""
     spelled = ", ".join(f'"{column}" {_spelled(values)}' for column, values in columns.items())
     connection.exec_driver_sql(f'CREATE TEMPORARY TABLE "{name}" ({spelled})')
     if row_count(columns):

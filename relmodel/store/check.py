@@ -32,8 +32,7 @@ _LAST = 2**64 - 1
 def damaged_blocks(file: Path) -> list[int]:
     """Numbers of the blocks in use whose content is not what their checksums say.
 
-    No connection of this process may have the file open: closing it here would let go of DuckDB's lock.
-    """
+    No connection of this process may have the file open: closing it here would let go of DuckDB's lock."""
     with locked_for_reading(file) as source:
         heads = source.read(_FIRST)
         _, _, free_list, count, size = max(struct.unpack_from("<5Q", heads, at + 8) for at in (_HEADER, 2 * _HEADER))
@@ -79,8 +78,7 @@ def check(store: Store) -> list[CheckResult]:
     journal with the rest.
 
     Where the database fails in one of these, as it does on a damaged file, its error is the finding; the others run all
-    the same.
-    """
+    the same."""
     searches = [
         (name, sql.description(name), partial(_offending, store, name=name)) for name in sql.query_names("check")
     ]

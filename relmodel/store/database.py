@@ -80,8 +80,7 @@ class Database:
 
     access: how it is reached, and shared with others.  dead_runs: runs whose processes are
     gone, for the views of a DuckDB file that is open for reading.  watch: called with a run's kind when it begins, and
-    with that and a step's name when the step ends.
-    """
+    with that and a step's name when the step ends."""
 
     def __init__(self, engine: Engine, name: str, *, read_only: bool = False) -> None:
         self.access = Access(engine)
@@ -178,8 +177,7 @@ class Database:
         """A connection that sees one snapshot; it writes nothing.  scratch: it may make relations of its own
         (`relation`) in a store that is open for reading only, which PostgreSQL forbids otherwise.
 
-        Raises StoreError where the database fails, refuses it to the role, or is closed.
-        """
+        Raises StoreError where the database fails, refuses it to the role, or is closed."""
         self._refuse_closed()
         with self.failures(), self.connect() as connection, self._interrupts(connection):
             if self.dialect == "postgresql":  # whose default gives each statement a snapshot of its own
@@ -193,8 +191,7 @@ class Database:
     def write(self) -> Iterator[Connection]:
         """A transaction: all of it is committed at the end, or none where an error leaves the block.
 
-        Raises StoreError where the database fails, refuses it to the role, is closed, or is open for reading only.
-        """
+        Raises StoreError where the database fails, refuses it to the role, is closed, or is open for reading only."""
         self._refuse_closed()
         if self._read_only:
             raise StoreError(f"the store {self.name} is open for reading only: open it without read_only to write")
@@ -211,8 +208,7 @@ class Database:
     def _interrupts(self, connection: Connection) -> Iterator[None]:
         """Raise Ctrl-C during a DuckDB statement as KeyboardInterrupt: its client raises another error.
 
-        DuckDB has to be interrupted, or closing the connection would wait for it.
-        """
+        DuckDB has to be interrupted, or closing the connection would wait for it."""
         try:
             yield
         except RuntimeError as error:
@@ -234,8 +230,7 @@ class Database:
     @contextmanager
     def one_thread(self) -> Iterator[None]:
         """Run DuckDB and linear algebra in one thread while the block lasts: with more DuckDB copies appended rows
-        twice, and small queries and products take longer.  Heavy queries need the threads.
-        """
+        twice, and small queries and products take longer.  Heavy queries need the threads."""
         self._refuse_closed()
         with one_blas_thread(), self.access.one_thread() if self.dialect == "duckdb" else nullcontext():
             yield
@@ -248,8 +243,7 @@ class Database:
     def failures(self) -> Iterator[None]:
         """Turn failures of the database (connection lost, disk full, out of memory, no privilege) into a sentence.
 
-        Errors of statements stay as they are: they are mistakes of the program.
-        """
+        Errors of statements stay as they are: they are mistakes of the program."""
         try:
             yield
         except Exception as error:
@@ -286,8 +280,7 @@ class Database:
     def columns(self, connection: Connection, name: str, /, **parameters: Any) -> dict[str, npt.NDArray[Any]]:
         """Result of the named query by columns: arrays of one length, list columns as object arrays of arrays.
 
-        Nulls are NaN in columns of floats and None in columns of text; integer columns must have none.
-        """
+        Nulls are NaN in columns of floats and None in columns of text; integer columns must have none."""
         return bulk.fetch_columns(connection, sql.query(name), parameters)
 
     def select(

@@ -29,8 +29,7 @@ class Access:
     """How a database is reached.
 
     engine: what connects now.  file: that of a DuckDB store, None of one in memory.  passed: the processes that still
-    read the file that a copy has replaced; they do not see what was written since.
-    """
+    read the file that a copy has replaced; they do not see what was written since."""
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
@@ -207,8 +206,7 @@ def reading_engine(url: URL) -> Engine:
 def connect(url: URL, *, read_only: bool) -> Engine:
     """Engine of the store, with its first connection tried where it is there.
 
-    Raises StoreError where another process writes it, it is no database, or cannot be reached.
-    """
+    Raises StoreError where another process writes it, it is no database, or cannot be reached."""
     try:
         engine = make_engine(url, read_only=read_only)
         _try_connection(engine)
@@ -375,8 +373,7 @@ def replacing(file: Path) -> Iterator[Path]:
     """Path of the file that replaces `file` when the block ends, in a `turn`: a copy where it exists.
 
     Meanwhile nobody writes the file, and readers keep what they opened.  Raises StoreError where another process writes
-    the file, or its folder cannot be written.
-    """
+    the file, or its folder cannot be written."""
     new, log = _new(file), Path(f"{file}.wal")
     with ExitStack() as stack:
         with _as_store_errors(file):

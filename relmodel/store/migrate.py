@@ -28,8 +28,7 @@ def bring_up_to_date(store: Database) -> None:
     """Make the whole schema in an empty store; bring one of an older version to the newest, in one transaction.  A
     DuckDB file is made under another name and then moved, so that it is complete or unchanged.
 
-    Raises StoreError where the database holds other tables, or the store is of a newer version.
-    """
+    Raises StoreError where the database holds other tables, or the store is of a newer version."""
     with store.access.turn():
         found, known = store.revision, sql.revisions()
         if found == known[-1]:
@@ -55,8 +54,7 @@ def _make(store: Database) -> None:
 def create_schema(connection: Connection, name: str = "") -> None:
     """Make the tables, views and functions of `schema/` in an empty database, and note which schema and store it is.
 
-    name: of the file or database that the store will be.
-    """
+    name: of the file or database that the store will be."""
     for script in sql.schema_scripts(connection.dialect.name):
         connection.exec_driver_sql(script)
         relations, references = sql.catalogue(script)

@@ -275,8 +275,7 @@ class Run:
             run.transact(lambda connection: run.append(connection, "surface", columns))
 
     An error that leaves the block ends the run as failed.  is_rehearsal: whether what the store has of it is made
-    again, and nothing written.
-    """
+    again, and nothing written."""
 
     is_rehearsal = False
 
@@ -357,8 +356,7 @@ class Run:
         """A transaction of this run; the ledger of what the store appends in it is committed with it.
 
         Transactions of several processes are serialised: what one finds missing and appends, no other appends
-        meanwhile.
-        """
+        meanwhile."""
         with self._transaction() as connection:
             if self.store.dialect == "postgresql":  # on DuckDB one process writes
                 self.store.rows(connection, "run/turn.postgresql")
@@ -376,8 +374,7 @@ class Run:
         """Record what the run found, the last that it does.
 
         Where the file of a store is not to be had for that, what was found is kept beside it and recorded when the
-        store is opened next; raises InUseError that says so.
-        """
+        store is opened next; raises InUseError that says so."""
         try:
             self.transact(partial(found.record, self))
         except InUseError as error:
@@ -394,8 +391,7 @@ class Run:
         """Run `work` in a transaction; return its result.
 
         Where a server cannot serialise it, or restarts, it is retried for some seconds; side effects outside of the
-        transaction may then happen twice.
-        """
+        transaction may then happen twice."""
         return self._again(self.write, work)
 
     def _again(

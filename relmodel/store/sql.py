@@ -87,8 +87,7 @@ def catalogue(script: str) -> tuple[list[dict[str, str]], list[dict[str, object]
     begins with the key, as `REFERENCES loop (surface_id, loop_no): `; of several columns this one is the last, and the
     others have the names of the key.
 
-    Raises ValueError where a comment says it in another way.
-    """
+    Raises ValueError where a comment says it in another way."""
     relations, references = [], list[dict[str, object]]()
     for kind, relation, body in _MADE.findall(script):
         head, *lines = _lines(body)
@@ -114,8 +113,7 @@ def comment_statements(dialect: str) -> str:
 
     A comment goes on in the lines of comment below it; level and reference at its beginning are left out.  The first
     row of a transform says what the twelve columns are; of columns on one line `x, y and z` is the axis of each.  Of a
-    view `current_NAME` columns are what they are of the table NAME.
-    """
+    view `current_NAME` columns are what they are of the table NAME."""
     statements, known = [], dict[str, str]()
     for kind, relation, body in _MADE.findall("\n".join(schema_scripts(dialect))):
         head, *lines = _lines(body)

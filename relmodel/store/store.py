@@ -28,8 +28,7 @@ class Store(Database):
 
         with Store.open("cell.duckdb") as store, store.write() as connection:
             ids = store.new_ids(connection, "surface", 3)
-            store.append(connection, "surface", {"id": ids, ...})
-    """
+            store.append(connection, "surface", {"id": ids, ...})"""
 
     @classmethod
     def create(cls, target: str | Path) -> Self:
@@ -58,8 +57,7 @@ class Store(Database):
     def open(cls, target: str | Path, *, read_only: bool = False) -> Self:
         """Open a store that exists.
 
-        Raises StoreError where there is none, it is of another version, or it is in use by another process.
-        """
+        Raises StoreError where there is none, it is of another version, or it is in use by another process."""
         with cls._opening(_existing(store_url(target)), read_only=read_only) as store:
             found, known = store.revision, sql.revisions()
             if found is None:

@@ -50,8 +50,7 @@ def compare(
 
     Placed parts are paired by place, path and geometry; features and surfaces within parts whose geometry changed.
     What stands farther than `reach` mm from where it was counts as removed and added.  Raises UsageError
-    where a variant is not loaded, or for a reach that is none.
-    """
+    where a variant is not loaded, or for a reach that is none."""
     if not 0 <= reach < np.inf:
         raise UsageError(f"the reach is {reach:g}: give mm, 0 or more")
     with store.read() as connection:
@@ -200,8 +199,7 @@ def find_variant(store: Store, connection: Connection, name: str, variant: str =
     """The newest revision of a variant, as `object/newest` has it; where none is said, of the plain variant or of the
     only one.
 
-    Raises UsageError that lists the variants, or the objects, where there is no such one.
-    """
+    Raises UsageError that lists the variants, or the objects, where there is no such one."""
     loaded = store.rows(connection, "object/newest", run=None)
     own = {row.variant: row for row in loaded if row.name == name}
     found = own.get(variant) or (next(iter(own.values())) if not variant and len(own) == 1 else None)
@@ -268,8 +266,7 @@ def pair_parts(a: PartPlacements, b: PartPlacements, reach: float) -> tuple[Ints
 
     A shape at its former place is the same whatever its name: instances of one part are alike, and exporters renumber
     them.  Of the rest, first what has the same path (another shape only within reach), then one shape (or one of its
-    size) at its nearest place, then what fills about the same box.
-    """
+    size) at its nearest place, then what fills about the same box."""
     taken = [_stays(a, b)]
     for find in (_same_path, _near):
         free_a, free_b = (
@@ -392,8 +389,7 @@ def pair_features(
 
     First those that share surfaces, most first (of pockets and the like only those that open to one side); then those
     of one class by place; then those of one kind where the middle of each lies within the other.  Of a pair, the
-    surfaces say whether it is identical or retrimmed, the class whether it moved or changed.
-    """
+    surfaces say whether it is identical or retrimmed, the class whether it moved or changed."""
     shared_i, shared_j, share = _shared(a, b, surfaces)
     near_i, near_j, distance = near_pairs(a.middle, b.middle, reach)
     congruent = a.class_id[near_i] == b.class_id[near_j]

@@ -63,8 +63,7 @@ class Robots:
     def values(self, given: Mapping[str, float], what: str) -> dict[str, dict[str, float]]:
         """Values of all joints, rad or mm, by robot; a joint of a nested robot is given as ROBOT/JOINT, with its path.
 
-        Otherwise as `JointTree.values`.
-        """
+        Otherwise as `JointTree.values`."""
         by_robot: dict[str, dict[str, float]] = {path: {} for path in self.trees}
         for name, value in given.items():
             path, plain = self._split(name)
@@ -141,8 +140,7 @@ class MountedRig:
 
     carrier, object_no: the object in the world.  robot: path of the robot in it that carries (empty: the object).
     world_from_object: of the carrier, or of the nested robot that carries.  link: its name in that.
-    object_from_link: of that with its joints at `joints` (rad, mm); the identity where no link is named.
-    """
+    object_from_link: of that with its joints at `joints` (rad, mm); the identity where no link is named."""
 
     rig: str
     world_id: int
@@ -169,8 +167,7 @@ class MountedRig:
     def moved(self, joints: Mapping[str, float]) -> MountedRig:
         """The rig with joints at other values (rad, mm, or degrees where a name ends in `_deg`); others stay.
 
-        Raises InputError for an unknown joint or a value outside its limits.
-        """
+        Raises InputError for an unknown joint or a value outside its limits."""
         if self.tree is None:
             if joints:
                 raise InputError(f"{self.carrier} has no joints: leave {next(iter(joints))} out")
@@ -187,8 +184,7 @@ class MountedRig:
     def sigmas(self, given: Mapping[str, float]) -> dict[str, float]:
         """Standard deviations of joints, rad or mm, from those given; a name with `_deg` gives one in degrees.
 
-        Raises InputError for a joint that does not move by itself, and a sigma that is not above zero.
-        """
+        Raises InputError for a joint that does not move by itself, and a sigma that is not above zero."""
         if self.tree is None:
             if given:
                 raise InputError(f"{self.carrier} has no joints: leave {next(iter(given))} out")
@@ -200,8 +196,7 @@ def mounted_rig(store: Store, rig: str, *, world: str | None = None, on: str | N
     """A rig of the newest revision of a world, at the joint state that the world has.
 
     `on`: name of the object that carries it, where several carry a rig of that name.  Raises UsageError where there
-    is no such rig, or several.
-    """
+    is no such rig, or several."""
     with store.read() as connection:
         world_id, name = world_named(store, connection, world)
         mounts = store.rows(connection, "world/mounts", world_id=world_id)
@@ -218,8 +213,7 @@ def mount_of_rig(store: Store, connection: Connection, world_id: int, rig_id: in
     """A rig, known by its content, as a revision of a world mounts it, at the joint state that the world has.
 
     `on`: name of the object that carries it, where several do.  None where the world does not mount it.  Raises
-    UsageError where that object does not carry it, or several mounts are left.
-    """
+    UsageError where that object does not carry it, or several mounts are left."""
     mounts = store.rows(connection, "world/mounts", world_id=world_id)
     carried = [m for m in mounts if m.rig_id == rig_id]
     found = [m for m in carried if on in (None, m.carrier)]
@@ -284,8 +278,7 @@ class Carrier:
     on: its name, where several carry the rig.  joints: values other than the world's.  joint_sigmas: one standard
     deviation of each joint that is to be corrected; the others stay fixed.  Both rad or mm, or degrees where a name
     ends in `_deg`.  base_covariance: (6, 6) of the base where the world has it; None: it may be anywhere.  base_sigmas:
-    what a prior by the joints takes for that, one standard deviation along (mm) and about (rad) each axis.
-    """
+    what a prior by the joints takes for that, one standard deviation along (mm) and about (rad) each axis."""
 
     on: str | None = None
     joints: Mapping[str, float] = field(default_factory=dict)
@@ -313,8 +306,7 @@ class Correction:
     the joints that went in.  world_from_object: the corrected pose of the arm's base (4, 4); shift and turn: that
     of its origin in the world's axes, mm, and the rotation vector in the base's frame, rad.  covariance: (6, 6) of the
     base's pose, t mm then r rad, a right perturbation in the base's frame: R C R^T along the world's axes.  joints:
-    value of each joint, corrected where its sigma was given; joint_sigmas: what is left of those.
-    """
+    value of each joint, corrected where its sigma was given; joint_sigmas: what is left of those."""
 
     mounted: MountedRig
     prior_sigmas: dict[str, float]
@@ -343,8 +335,7 @@ class Correction:
 def predict_covariance(mounted: MountedRig, carrier: Carrier) -> Floats:
     """The covariance (6, 6) of where the carrier's joints put its rig, a right perturbation in the rig's frame.
 
-    Raises InputError for joints that do not move.
-    """
+    Raises InputError for joints that do not move."""
     sigmas = mounted.sigmas(carrier.joint_sigmas)
     _, chain = _chain(mounted, dict(mounted.joints), list(sigmas))
     spread = np.concatenate([np.repeat(carrier.base_sigmas, 3), list(sigmas.values())])
@@ -365,8 +356,7 @@ def correct_base(
     (as `Carrier` takes them), the base at its place with `base_covariance` (6, 6).  Joints without a sigma stay fixed.
     Without a base_covariance the base may be anywhere: then only the base is corrected, and sigmas of joints widen its
     covariance.  (Gauss-Newton; Jacobians of the chain after Lynch and Park, Modern Robotics, 2017, 5.1.) Raises
-    InputError for a sigma or a covariance that is not positive, and joints that do not move.
-    """
+    InputError for a sigma or a covariance that is not positive, and joints that do not move."""
     sigmas = mounted.sigmas(joint_sigmas or {})
     names = list(sigmas)
     weight = _information(covariance, "the found pose")

@@ -1,8 +1,7 @@
 """Placing a world: from a world file to a revision of the world.
 
 A revision writes what changed: the rows of an object that moved, or of a robot whose joints did, end with the revision
-before, and new ones begin.  What stands in an object is expanded when the object is loaded, and is no part of it.
-"""
+before, and new ones begin.  What stands in an object is expanded when the object is loaded, and is no part of it."""
 
 from __future__ import annotations
 
@@ -56,8 +55,7 @@ def place_world(
 
     Objects are pinned to the newest revision of their name and variant.  `write_rig` is how a rig file becomes rows:
     a file that mounts rigs needs it.  Raises InputError where the file is bad, names an object that is not loaded, or
-    an object contains itself; the store's worlds are then as they were.
-    """
+    an object contains itself; the store's worlds are then as they were."""
     with Run.begin(
         store, "world", {"file": Path(path).name}, inputs=digest_inputs({"world": path}), packages=("numpy",)
     ) as run:

@@ -19,8 +19,7 @@ rigs:
 mounts:
   - {rig: head, on: arm, link: flange, carrier_from_rig: [...]}    # link and transform may be left out
   - {object: gripper, on: arm, link: flange, carrier_from_object: [...]}    # an object by its name in this file, which
-    # then has no world_from_object: it goes where the link goes
-"""
+    # then has no world_from_object: it goes where the link goes"""
 
 from __future__ import annotations
 

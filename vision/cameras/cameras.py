@@ -71,8 +71,7 @@ def _name(coefficients: Floats) -> list[float]:
 def undistort(seen: Floats, coefficients: Floats) -> tuple[Floats, Floats]:
     """The directions (n, 2) that are seen at `seen` (n, 2), to 1e-12, and the derivative of `distort` there.
 
-    Newton's method from `seen`; not finite, or wrong, where the distortion folds the picture over.
-    """
+    Newton's method from `seen`; not finite, or wrong, where the distortion folds the picture over."""
     xy = seen.copy()
     for _ in range(_MOST_STEPS):
         value, slope = distort(xy, coefficients)
@@ -181,8 +180,7 @@ class Camera:
         """Pixels (n, 2) of points (n, 3) in the camera's frame, and which of them lie in front and are modelled.
 
         A point counts as in front when z > 0 and, for a camera with distortion, when its ray is within 1.2 times the
-        widest ray that the picture shows.  Pixels of the others are meaningless.
-        """
+        widest ray that the picture shows.  Pixels of the others are meaningless."""
         z = points_camera[:, 2]
         front = z > 1e-9
         xy = points_camera[:, :2] / np.where(front, z, 1.0)[:, None]
@@ -221,8 +219,7 @@ class CalibrationSigma:
 
     focal: of the focal length, as a share of it; centre_px: of the principal point along each axis; translation_mm,
     rotation: of where the camera sits in the rig, along and about each axis of the camera (mm, rad); radial: of the
-    first coefficient of radial distortion.
-    """
+    first coefficient of radial distortion."""
 
     focal: float = 0.0
     centre_px: float = 0.0
@@ -259,8 +256,7 @@ class Standpoint:
     joints: at which the world was asked for it, where they were given.  ignored: whether its pictures are left out.
     carrier: name of the object that the world mounts the rig on, empty where there is none; sway: (6, 6) by which a
     standard deviation of each of the six numbers of where that one's base stands moves the rig.
-    rig: that which stood there, where it is not the one that is moved.
-    """
+    rig: that which stood there, where it is not the one that is moved."""
 
     world_from_rig: Floats
     covariance: Floats
@@ -285,8 +281,7 @@ class Rig:
     rig says so.
 
     standpoints: by name, those of another rig, `moved`, whose cameras these are, each named STANDPOINT/CAMERA, in the
-    frame of `moved` at the first that is not ignored.
-    """
+    frame of `moved` at the first that is not ignored."""
 
     cameras: dict[str, Camera]
     rig_from_camera: dict[str, Floats]

@@ -1,8 +1,7 @@
 """Formats of calibrated rigs: OpenCV, ROS, Kalibr and COLMAP.
 
 A format refuses by name what a rig cannot hold. Lengths of a rig are mm and pixel (0, 0) is the centre of the top-left
-pixel, whatever the format has.
-"""
+pixel, whatever the format has."""
 
 from __future__ import annotations
 

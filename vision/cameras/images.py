@@ -1,6 +1,5 @@
 """Pictures read as they are meant: grey, colour, 8 and 16 bit, turned as EXIF says; those of a rig by the names of its
-cameras.
-"""
+cameras."""
 
 from __future__ import annotations
 
@@ -74,8 +73,7 @@ def find_bits(
     """How many bits of sixteen pixels fill, and what says so: `of_rig` by the rig, `stated` by the file, or the values;
     path: what messages call the picture.
 
-    Raises InputError where the rig says fewer than they have.
-    """
+    Raises InputError where the rig says fewer than they have."""
     colours = pixels[..., :3] if pixels.ndim == 3 else pixels  # alpha fills all
     together = int(np.bitwise_or.reduce(colours, axis=None))
     used, unused = together.bit_length(), (together & -together).bit_length() - 1
@@ -116,8 +114,7 @@ class Picture:
 
     depth: bits of a sample in the file, 8 or 16; bits: those of them that values fill; bits_from: what says so, the
     file, the rig or the values; values: (height, width) float64, luminance of 0..2^bits - 1, turned as the file's EXIF
-    orientation says, 1 where it says none.
-    """
+    orientation says, 1 where it says none."""
 
     file_name: str
     sha256: str
@@ -191,8 +188,7 @@ def read_picture(path: str | Path | PictureBytes, camera: Camera | None = None) 
     it.
 
     Colour is taken as luminance, alpha is passed over.
-    Raises InputError where the file is missing, no picture, damaged, too large, or not of the camera's size or bits.
-    """
+    Raises InputError where the file is missing, no picture, damaged, too large, or not of the camera's size or bits."""
     import io
 
     import cv2
@@ -256,8 +252,7 @@ def read_picture(path: str | Path | PictureBytes, camera: Camera | None = None) 
 def read_mask(path: str | Path) -> Bools:
     """(height, width): where a picture is brighter than half.
 
-    Raises InputError as `read_picture` does, and where that is nowhere.
-    """
+    Raises InputError as `read_picture` does, and where that is nowhere."""
     mask = read_picture(path).grey > 127.5
     if not mask.any():
         raise InputError(f"the mask {path} is nowhere brighter than half: paint white what is to be looked at")

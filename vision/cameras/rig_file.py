@@ -1,6 +1,5 @@
 """The project's own rig file, and the fields of YAML and JSON files that people write: read by name, and refused in a
-sentence where they are wrong.
-"""
+sentence where they are wrong."""
 
 from __future__ import annotations
 

@@ -139,8 +139,7 @@ class PictureEllipses(Rows):
 
     centre (n, 2), major, minor (n,): semi-axes, angle (n,): of the major axis from x towards y, rad; seen (n,): the
     share of the way round that its arc runs; size_share (n,): standard deviation of the size, as a share of it; tilt
-    (n,): that of the angle at which the circle is seen, rad.
-    """
+    (n,): that of the angle at which the circle is seen, rad."""
 
     centre: Floats
     major: Floats
@@ -202,8 +201,7 @@ def find_circles(ellipses: PictureEllipses, camera: Camera) -> tuple[Floats, Flo
     > l3.  Planes that cut it in circles have the normals (+-sqrt(l1 - l2), 0, sqrt(l2 - l3)) / sqrt(l1 - l3)
     (Safaee-Rad, Tchoukanov, Smith and Benhabib, "Three-dimensional location estimation of circular features for
     machine vision", IEEE Trans. Robotics and Automation 8(5), 1992).  The centre c is the pole of its plane, Q c ~ n;
-    its length follows from c' Q c = -r^2 l2, as Q is l2 on directions in the plane.
-    """
+    its length follows from c' Q c = -r^2 l2, as Q is l2 on directions in the plane."""
     cone = camera.matrix.T @ ellipses.conics @ camera.matrix
     value, vector = np.linalg.eigh(cone)
     l3, l2, l1 = value.T

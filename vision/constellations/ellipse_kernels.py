@@ -2,8 +2,7 @@
 picture a pose explains.
 
 A pose (12,) is camera_from_model: a rotation by rows and a translation, mm.  `matrix` (3, 3) is the camera's, without
-skew.
-"""
+skew."""
 
 import numpy as np
 
@@ -76,8 +75,7 @@ def fit(
 
     circles (c, n, 3): points along the model's circles; circle, ellipse (k, m): which, and -1 for
     none; conics (e, 3, 3); works in
-    `hessian` (6, 6), `step` (6,) and `room` (15,).
-    """
+    `hessian` (6, 6), `step` (6,) and `room` (15,)."""
     count = circles.shape[1]
     for k in range(len(poses)):
         pose = poses[k]
@@ -153,8 +151,7 @@ def explain(
 
     centre, normal (c, 3), radius (c,) mm: of the model's circles; ellipses (e, 4): centre, major semi-axis and ratio of
     the axes; limits: standard deviations of the centre (px, and as a share of the semi-axis), of the size as a share,
-    of the ratio, and the least cosine at which a circle is seen.
-    """
+    of the ratio, and the least cosine at which a circle is seen."""
     for k in range(len(poses)):
         pose = poses[k]
         inside[k] = 0

@@ -1,6 +1,5 @@
 """Poses of a rig from circles or straight edges, with a prior or without, of one picture or of more: join, votes,
-scores, fit.
-"""
+scores, fit."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """Compiled kernels of arc fitting: spans of a chain described by lines, circles or free curves at least total cost.
 
 Fits of any span come from running sums of moments (1, x, y, x^2, xy, y^2, xz, yz, z^2 with z = x^2 + y^2, weighted),
-so that the dynamic programme over break points looks at no element twice.
-"""
+so that the dynamic programme over break points looks at no element twice."""
 
 from math import sqrt
 
@@ -53,8 +52,7 @@ def line_of_moments(m: Floats) -> tuple[float, float, float, float, float]:
 def circle_of_moments(m: Floats) -> tuple[float, float, float, float]:
     """Taubin's circle (PAMI 13, 1991; Newton's method after Chernov, 2010): centre x, y, radius, mean square distance.
 
-    The radius is infinite where the points determine none.
-    """
+    The radius is infinite where the points determine none."""
     w = m[0]
     cx, cy = m[1] / w, m[2] / w
     xx, xy, yy = m[3] / w - cx * cx, m[4] / w - cx * cy, m[5] / w - cy * cy
@@ -110,8 +108,7 @@ def _break_points(
     """Candidate breaks of first..last (inclusive): Douglas-Peucker at `tolerance`, and no two over `spacing` apart.
 
     Worked in `stack`: the ends of the stretches that wait, the first of them on top, each beginning where the one above
-    it ends.
-    """
+    it ends."""
     out[0], count = first, 1
     a, stack[0], top = first, last, 0
     while top >= 0:
@@ -188,8 +185,7 @@ def segment(
     A piece costs `price[kind]` plus chi-square / (2 correlation), a free one also the price of each knot of its
     spline, so many members apart as costs least of `knots_apart`; what a spline leaves is taken of the cubics about
     each member that bend as freely.
-    Worked in `sums` (n + 1, 9), `rough` (knots, n + 1), `back` (4, n + 1) and `room` (2, n + 9).
-    """
+    Worked in `sums` (n + 1, 9), `rough` (knots, n + 1), `back` (4, n + 1) and `room` (2, n + 9)."""
     knot_price, min_sagitta, min_bow, min_rise, tolerance = limits[0], limits[1], limits[2], limits[3], limits[5]
     min_circle, spacing, span = int(limits[4]), int(limits[6]), int(limits[7])
     breaks, previous, kind_of = back[0], back[1], back[2]
@@ -259,8 +255,7 @@ def fit_arcs(
 
     a, b, c, d (line: centroid and unit direction; circle: centre, radius, 0), weighted mean square distance, sum of
     weights, weighted mean square of the position along the line about its middle, plain mean square distance.
-    Circles are geometric: Gauss-Newton from Taubin's.
-    """
+    Circles are geometric: Gauss-Newton from Taubin's."""
     for arc in range(len(kinds)):
         begin, end = offsets[arc], offsets[arc + 1]
         ox, oy = x[(begin + end) // 2], y[(begin + end) // 2]
@@ -331,8 +326,7 @@ def joint_costs(
 ) -> None:
     """Fits of pairs of arcs taken as one: `out` (m, 4), chi-square / (2 correlation) as a line, as a circle, sagitta,
     and the sum of squares of how far the ends of the lines that were fitted to each (`fits`, of `fit_arcs`) are from
-    one line; worked in `moments` (9,).
-    """
+    one line; worked in `moments` (9,)."""
     for at in range(len(pairs)):
         a, b = pairs[at, 0], pairs[at, 1]
         ox, oy = x[offsets[a]], y[offsets[a]]

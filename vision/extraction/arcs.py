@@ -70,8 +70,7 @@ class Arcs(ArcShapes):
     direction; `residual` (px) the rms distance of the elements; `significance` minus the decimal logarithm of the
     number of false alarms, NaN before clearing; `covariance` (n, 8, 8) that of the parameters that `fits.PARAMETERS`
     lists for the kind, NaN beyond them.  Arc i contains edge elements `elements[offsets[i] : offsets[i + 1]]`, in
-    order; its refined polyline has the points (`x`, `y`) of the same slice, to `point_sigma` (px) across.
-    """
+    order; its refined polyline has the points (`x`, `y`) of the same slice, to `point_sigma` (px) across."""
 
     angle_sigma: Floats
     covariance: Floats

@@ -149,8 +149,7 @@ def link(
 ) -> Chains:
     """Chains and loops of the edge elements of an image of `shape` (rows, columns), by mutual best links.
 
-    Elements of contrast below `min_contrast` are left out, so that an edge does not run on into the texture.
-    """
+    Elements of contrast below `min_contrast` are left out, so that an edge does not run on into the texture."""
     from vision.extraction import edge_kernels
 
     used = np.flatnonzero(edges.contrast >= min_contrast)
@@ -170,8 +169,7 @@ def fill_gaps(edges: EdgeElements, chains: Chains, grey: Floats, p: LinkingParam
     """Join chains end to start across gaps: up to `p.near_reach` px, or up to `p.fill_reach` px where both tangents lie
     within `p.fill_angle` of the chord and the picture shows a step of the same sign along the bridge.
 
-    One to one, cheapest d (1 + `p.bend_price` (a1 + a2)) first where each is the other's best.
-    """
+    One to one, cheapest d (1 + `p.bend_price` (a1 + a2)) first where each is the other's best."""
     opened = np.flatnonzero(~chains.closed)
     if len(opened) < 2:
         return chains

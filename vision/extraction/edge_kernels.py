@@ -55,8 +55,7 @@ def steps(
 
     `out` (6, n): offset along the gradient, nx, ny (unit gradient), contrast, blur, standard deviation of the offset.
     `covariance`: of the a_ij under unit noise, the variances of a20, a11 + 2 (a20, a02), a30, a21 + 2 (a30, a12).
-    Straight-line code for every pixel, without a branch, so that the compiler works on many pixels at once.
-    """
+    Straight-line code for every pixel, without a branch, so that the compiler works on many pixels at once."""
     a01, a02, a03, a10, a11, a12, a20, a21, a30 = a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9]
     offset, nx, ny, contrast, blur, sigma = out[0], out[1], out[2], out[3], out[4], out[5]
     nothing, half, one, two, six = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(6.0)
@@ -161,8 +160,7 @@ def moments(grey: Floats32, width: int, first: int, taps: Floats32, down: Floats
     21 30.
 
     `grey` is mirrored at its border as far as `taps` reach, row by row, `width` wide; `first` counts in the picture;
-    worked in `down` (4, width).
-    """
+    worked in `down` (4, width)."""
     reach, one_px = taps.shape[1] - 1, int(np.int64(1))  # no constant: numba would compile another version for it
     for row in range(out.shape[1]):
         # a stretch of columns at a time: the rows around it stay in the nearest cache for all four
@@ -188,8 +186,7 @@ def best_links(
 
     Looked for in 5 x 5 pixels at cost d + a (1 - cos turn) + b (1 - cos(chord, mean tangent)).  `limits`: the least of
     both cosines, a and b.  `at` (rows, columns) contains the elements of the pixels, or -1; `least` (2, n) the costs,
-    at first what none exceeds.
-    """
+    at first what none exceeds."""
     rows, columns = at.shape
     min_turn, min_along, turn_price, chord_price = limits[0], limits[1], limits[2], limits[3]
     # Each pair is priced once, from its first; `pixel` ascends, so of equal prices the first in the picture is kept.

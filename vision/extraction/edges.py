@@ -27,8 +27,7 @@ _NOISE = NoiseParameters()
 def estimate_noise(grey: Floats, p: NoiseParameters = _NOISE) -> Floats:
     """Standard deviation of the noise at each grey level 0..255, (256,), of an image scaled to 0..255.
 
-    Nowhere less than `p.floor`.
-    """
+    Nowhere less than `p.floor`."""
     from vision.extraction import edge_kernels
 
     histogram = np.zeros((p.bands + 1, _BINS), np.int64)
@@ -117,8 +116,7 @@ def in_bands(
 
     `moments` (10, pixels), in the order of `MOMENTS`, belong to the pixels from the first on, the noise (pixels,) to
     their grey on the curve `noise` (256,); the picture is mirrored at its border.  Single precision rounds 1e-7 of the
-    grey range, far below any noise.  The bands are shared out between two threads.
-    """
+    grey range, far below any noise.  The bands are shared out between two threads."""
     import cv2
 
     from vision.extraction import edge_kernels
@@ -172,8 +170,7 @@ class EdgeElements(ElementShapes):
 
     The unit normal (nx, ny) points to the bright side.  `contrast` is the height of the step; `width` the standard
     deviation (px) of the blur that the image itself gave it; `sigma` the standard deviation (px) of the position along
-    the normal.  `pixel` is row * columns + column of the pixel that saw it, ascending.
-    """
+    the normal.  `pixel` is row * columns + column of the pixel that saw it, ascending."""
 
     pixel: Ints32
 
@@ -183,8 +180,7 @@ def to_grey(image: npt.ArrayLike) -> Floats:
     0..255.
 
     Raises InputError for colour, an empty image, what are no real numbers, and values that are not finite or far beyond
-    that range.
-    """
+    that range."""
     array = np.asarray(image)
     if array.ndim != 2 or array.size == 0:
         raise InputError(f"an image of shape {array.shape} is not a grey image: give rows x columns")
@@ -259,8 +255,7 @@ def _thin(values: Floats32, pixels: Ints32, columns: int, min_cosine: float) -> 
     """Of neighbours that see the same crossing, keep the one it lies nearest to.
 
     `values`: offset along the gradient, nx, ny, and more, of `pixels`, ascending.  Neighbours are taken along the axis
-    nearer to the gradient: an edge then has one element per row or per column.
-    """
+    nearer to the gradient: an edge then has one element per row or per column."""
     offset, nx, ny = np.abs(values[0]), values[1], values[2]
     upright = np.abs(nx) < np.abs(ny)
     holder = np.full(pixels.max(initial=0) + columns + 1, -1, np.int32)

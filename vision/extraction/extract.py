@@ -90,8 +90,7 @@ def extract(
     With `mask` (rows, columns), what lies where it is false or zero belongs to nothing: no edge element is kept there
     and no region reaches there.  A picture too small for a facet (11 px) or without contrast gives one region and no
     arc.  Deterministic: equal pictures, masks and parameters give equal columns.  Raises InputError as `to_grey`
-    does, and for a mask of another shape or that leaves nothing.
-    """
+    does, and for a mask of another shape or that leaves nothing."""
     p = parameters
     timings: dict[str, float] = {}
     clock = perf_counter()

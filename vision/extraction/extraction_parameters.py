@@ -1,8 +1,7 @@
 """The parameters of extraction, a class a stage: everything numeric that decides which rows an extraction gives.
 
 Lengths in px of the picture, grey on 0..255, angles in rad; a standard deviation of the Gaussian facet is a "scale".
-Values without a named source were chosen on rendered bulkheads (docs/extraction.md).
-"""
+Values without a named source were chosen on rendered bulkheads (docs/extraction.md)."""
 
 import json
 from dataclasses import asdict, dataclass, field
@@ -240,8 +239,7 @@ class UnitParameters:
 class ExtractionParameters:
     """All parameters of an extraction, a field a stage.
 
-    `mask`: SHA-256 of the region of interest, set by `extract`; empty where the whole picture is looked at.
-    """
+    `mask`: SHA-256 of the region of interest, set by `extract`; empty where the whole picture is looked at."""
 
     noise: NoiseParameters = field(default_factory=NoiseParameters)
     edges: EdgeParameters = field(default_factory=EdgeParameters)

@@ -50,8 +50,7 @@ def of_parameters(
     """(n, k, k) from rows (m, k) grouped by `first` (n,), where each arc begins; NaN where they determine nothing.
 
     The mean square error is that of the distances, but no less than what they and the standard deviations `sigma` (m,)
-    of the elements say together: a short arc may lie on few independent elements better than it is known.
-    """
+    of the elements say together: a short arc may lie on few independent elements better than it is known."""
     if len(first) == 0:
         return np.zeros((0, jacobian.shape[1], jacobian.shape[1]))
     total = np.add.reduceat(weight, first)
@@ -193,8 +192,7 @@ def fit_free_curves(
     curve's offset, to the right of who walks along it, at places evenly spaced from its first to its last point: as
     many as its spline has parameters and eight at most, NaN beyond them.
     `sigma` (px) is the standard deviation of each member across the curve, `weight` (1/px^2) what it counts for in the
-    fit, `half_spread` (n,) (px^2) half the variance of what blurred the curve.
-    """
+    fit, `half_spread` (n,) (px^2) half the variance of what blurred the curve."""
     columns, (x, y) = np.empty((5, len(place))), np.ascontiguousarray(place.T)
     covariance = np.full((len(counts), STATIONS, STATIONS), np.nan)
     ends = np.cumsum(counts)
@@ -326,8 +324,7 @@ def compute_curvature_bias(radius: Floats, half_spread: Floats) -> Floats:
 
     Mendonca, Padfield, Miller, Turek, "Bias in the localization of curved edges" (ECCV 2004): through a Gaussian of
     variance S^2 the slope along the radius of a disc of radius R is extreme at r = R (I0(z) / I1(z) - 1 / z), z = r R /
-    S^2; S^2 / 2 R for large ones.  There the step looks wider than it is, to first order by S^4 / 2 r^2.
-    """
+    S^2; S^2 / 2 R for large ones.  There the step looks wider than it is, to first order by S^4 / 2 r^2."""
     from scipy.special import i0e, i1e
 
     valid = np.isfinite(radius) & (radius > 0.0)

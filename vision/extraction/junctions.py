@@ -45,8 +45,7 @@ class Junctions:
     `kind` indexes `KINDS`: L, two ends; T, three ways of which two run on into each other; Y, other three; X, four ways
     or more; smooth, two ends that run on into each other.  `covariance` (n, 2, 2) is that of (x, y), px^2.  In meeting
     i, ascending by `junction`, `arc[i]` takes part with its start, its end or its interior (`at` indexes `AT`), at
-    (`away_x`, `away_y`) the unit tangent away from there; of an interior, that towards its end.
-    """
+    (`away_x`, `away_y`) the unit tangent away from there; of an interior, that towards its end."""
 
     x: Floats
     y: Floats
@@ -71,8 +70,7 @@ def find_junctions(grey: Floats, arcs: Arcs, p: JunctionParameters = _DEFAULTS) 
     end or polyline.
 
     Of all that an end can reach it takes the nearest; no end goes across another arc.  Ends and polylines that meet in
-    one place make one junction.
-    """
+    one place make one junction."""
     opened = np.flatnonzero(~arcs.closed)
     arc, at = np.tile(opened, 2), np.repeat([START, END], len(opened))
     point = np.where(at == START, arcs.offsets[arc], arcs.offsets[arc + 1] - 1)

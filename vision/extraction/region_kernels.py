@@ -57,8 +57,7 @@ def flood(cells: Ints32, depth: Floats32, room: Ints32, queues: Ints) -> None:
     4-connected, first come first served.
 
     `cells`: the picture, row by row, framed by one pixel of -1; 256 times the label (0 is none).
-    Worked in `room` (3, pixels) and `queues` (2, 257).
-    """
+    Worked in `room` (3, pixels) and `queues` (2, 257)."""
     border, queue, now = room[0], room[1], room[2]
     begins, ends = queues[0], queues[1]  # of the queues, first as many as they may hold
     rows, columns = depth.shape
@@ -134,8 +133,7 @@ def parallels(
 
     `cell` is the place of an element's cell in `grid`, zeros at first, which counts in each cell those of each kind,
     turn times `grades` plus grade, and of higher grade; `near` are steps from one cell to another, `alike` from one
-    turn's kinds to another's, those of turn t at 3 t.
-    """
+    turn's kinds to another's, those of turn t at 3 t."""
     for i in range(len(cell)):
         for faint in range(cell[i] + kind[i] - kind[i] % grades, cell[i] + kind[i] + 1):
             grid[faint] += 1

@@ -143,8 +143,7 @@ class Regions(RegionShapes):
 
     Areas in px, places in px, grey on 0..255.  The grey plane is `mean` + slope . (p - centroid), `variance` the
     variance about it.  Ring j (of region `ring_region[j]`, its outer ring first, then holes) has vertices
-    `ring_offsets[j] : ring_offsets[j + 1]` of `outline_x`, `outline_y`, on pixel centres.
-    """
+    `ring_offsets[j] : ring_offsets[j + 1]` of `outline_x`, `outline_y`, on pixel centres."""
 
     labels: Ints32
     slope_x: Floats
@@ -268,8 +267,7 @@ def sum_borders(labels: Ints32, edge: Bools, loose: Bools) -> tuple[Ints, Ints, 
 
     These are: the sides of pixels between the two; those of a pixel of `edge`; x and y of their left or upper pixels;
     into how many strips the others fall, as many as there are less the corners that two of them share; the sides of a
-    pixel of `loose`; and the pairs of pixels that meet aslant, by a corner.
-    """
+    pixel of `loose`; and the pairs of pixels that meet aslant, by a corner."""
     rows, columns = labels.shape
     beside, below = labels[:, 1:] != labels[:, :-1], labels[1:] != labels[:-1]
     meet = np.pad(beside, ((0, 0), (0, 1))) | np.pad(below, ((0, 1), (0, 0)))

@@ -1,8 +1,7 @@
 """The units of one picture and the relations among them: arcs and regions as curves and areas, related by what lies
 where (`vision.relations.relations`) and by which borders label images show them to share.
 
-Units are numbered arcs first, then regions.
-"""
+Units are numbered arcs first, then regions."""
 
 from dataclasses import dataclass
 
@@ -143,8 +142,7 @@ def relate_neighbours(
     """Adjacent rows, and surrounds where a region borders only on one other and on what lies within it.
 
     labels: an image of region numbers, -1 for none, `step` px a cell; inside (regions,): which do not touch its rim.
-    Region i is unit `first_region + i`.
-    """
+    Region i is unit `first_region + i`."""
     count = max(len(inside), 1)
     key, length = _border_lengths(labels, count)
     length = step * length
@@ -178,8 +176,7 @@ def _border_lengths(labels: Ints32, count: int) -> tuple[Ints, Floats]:
     """Pairs of 4-neighbours, as lesser times `count` plus greater, ascending, and the length (px) of their border.
 
     By Cauchy and Crofton: how often the lines of four directions cross it, each weighed by how far its parallels lie
-    apart.
-    """
+    apart."""
     nowhere = np.zeros(labels.shape, np.bool_)
     lesser, greater, sums = sum_borders(labels, nowhere, nowhere)
     crossed = sums[:, SIDES] + sums[:, ASLANT] / np.sqrt(2.0)

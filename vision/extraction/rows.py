@@ -82,8 +82,7 @@ class RegionColumns(RegionShapes):
     """Regions (n,) as image_region has them, their rings, and the arcs that border them.
 
     Points of ring r are ring_offsets[r] to ring_offsets[r + 1] of `outline` (m, 2), px; ring_region (rings,): whose;
-    the first ring of a region is the outer one.  border_region, border_arc, border_length (b,): length px.
-    """
+    the first ring of a region is the outer one.  border_region, border_arc, border_length (b,): length px."""
 
     outline: Ints
     border_region: Ints

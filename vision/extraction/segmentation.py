@@ -7,8 +7,7 @@ different chains are then joined wherever one arc describes both for less; ellip
 Light displaces an edge over lengths beyond the operator's reach.  So a piece counts as curved only if it bows out by
 far more than its elements scatter about it, and straight pieces that lie on one line within that displacement are
 joined.  Where the surroundings of an edge change, its bright side may change too: straight pieces are joined whichever
-their bright sides are.
-"""
+their bright sides are."""
 
 from dataclasses import dataclass
 from typing import NamedTuple

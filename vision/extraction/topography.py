@@ -28,8 +28,7 @@ class Ridges(Rows):
 
     `elements` is of the form of edge elements, so that it links and fits like them: the unit normal runs across, in the
     same half plane, `contrast` (grey) is the height of a Gaussian ridge of the facet's scale with that bend, `width`
-    the scale (px), `sigma` (px) the standard deviation of the place across.  `ravine` marks the hollow ones.
-    """
+    the scale (px), `sigma` (px) the standard deviation of the place across.  `ravine` marks the hollow ones."""
 
     elements: EdgeElements
     ravine: Bools
@@ -40,8 +39,7 @@ def label_topography(grey: Floats, noise: Floats, p: TopographyParameters = _DEF
     ridges and ravines as elements.
 
     A slope counts from `p.min_slope` grey/px and a second derivative from `p.min_bend` grey/px^2, or from
-    `p.noise_sigmas` standard deviations under `noise` (256,), the curve over grey.
-    """
+    `p.noise_sigmas` standard deviations under `noise` (256,), the curve over grey."""
     from vision.extraction import region_kernels
 
     kernels = gaussian_kernels(p.scale)
@@ -102,8 +100,7 @@ def fit_ridge_arcs(ridges: Ridges, shape: tuple[int, int], p: ExtractionParamete
     """Arcs along ridges, then along ravines, of an image of `shape` (rows, columns).
 
     Fillets show so: no step, but a ridge of grey along them.  `offsets` and `elements` of the arcs refer to
-    `ridges.elements`.  Kept are chains of `p.topography.min_elements` elements and `p.topography.min_height` grey.
-    """
+    `ridges.elements`.  Kept are chains of `p.topography.min_elements` elements and `p.topography.min_height` grey."""
     shorter, found = replace(p.segmentation, min_elements=p.topography.min_elements // 2), []
     for hollow in (False, True):
         which = np.flatnonzero(
@@ -132,8 +129,7 @@ class ArcQuality(Rows):
     """What speaks against each arc, 0..1.
 
     `texture`: the probability that it is brush texture or shading and no edge.  `highlight`: the share of its elements
-    whose bright side, or whose ridge, is saturated.
-    """
+    whose bright side, or whose ridge, is saturated."""
 
     texture: Floats
     highlight: Floats

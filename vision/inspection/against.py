@@ -42,8 +42,7 @@ def weigh_variants(
     """Rank the loaded variants of the world's inspected objects by their evidence at the best pose.
 
     presence: that of the variants that the world has, where it is known already; most: so many others are weighed, and
-    none where there are more.
-    """
+    none where there are more."""
     out, store, world_id = [], run.store, target.stored.world_id
     with store.read() as connection:
         found_rows = store.rows(connection, "world/variants", world_id=world_id, run=run.id)
@@ -91,8 +90,7 @@ class ComparedObject:
     score: what the best pose of its join explains, None where there is none.  state: `shown`; `alike`, which explains
     the edges that what is shown explains about as well; `outdone`, which explains them less well; `refused`; `left`,
     whose join explains too little beside the best, or less than that of another variant, to be localised.  verdict,
-    posterior and object_from_rig (4, 4) are of its own localisation, None where there was none.
-    """
+    posterior and object_from_rig (4, 4) are of its own localisation, None where there was none."""
 
     candidate: Candidate
     score: float | None
@@ -166,8 +164,7 @@ def recognise(locator: Locator, among: Sequence[Candidate]) -> Recognition:
 
     Every variant is joined with what the pictures show.  The best of each object, of the few whose joins explain most,
     is localised as an inspection without a prior is.  Of those that are not refused the one of most evidence is shown,
-    in the variant that has most evidence at its pose; others are shown beside it where they explain other edges.
-    """
+    in the variant that has most evidence at its pose; others are shown beside it where they explain other edges."""
     starts = _join(locator, among)
     chosen = [_choose_variant(locator, start, starts) for start in find_worthy(starts, locator.p.most_objects)]
     shown = max(chosen, key=lambda it: _rank(it.located.found))

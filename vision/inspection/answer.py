@@ -31,8 +31,7 @@ class Outcome:
     variants were weighed which one is shown, and what says so.  shown: which of the objects that the pictures were
     compared with they show; None where a world was given.  cause: why the pose is most likely not accepted, as
     the view `why_verdict_cause` says, and refusal: that in a sentence and what to do next in another; nothing where it
-    is accepted.
-    """
+    is accepted."""
 
     verdict: str
     pose_verdict: str
@@ -91,8 +90,7 @@ class Inspection:
     hypotheses: poses considered, the best first.  equivalent: poses of the rig, beside the best, from which a symmetric
     model looks the same.
     standpoints: where one rig took the pictures from several; the pose above is of the first that is not ignored.
-    notes: what was taken for given that the inputs do not say, of the pictures and of the prior, a sentence each.
-    """
+    notes: what was taken for given that the inputs do not say, of the pictures and of the prior, a sentence each."""
 
     run: int
     outcome: Outcome

@@ -121,8 +121,7 @@ class Task:
     variants: whether to weigh all loaded variants of the inspected objects at the pose found, None where something is
     not as the model says and they are few.
     overlay: a picture of the model drawn over the images, to be written.
-    crops: a folder for pictures of what is not as the model says, worst first.
-    """
+    crops: a folder for pictures of what is not as the model says, worst first."""
 
     rig: str | Path
     pictures: Pictures | None = None
@@ -171,8 +170,7 @@ def inspect(
     parameters, defaults included.
 
     Raises InputError for bad inputs, UsageError where several objects carry the rig and the task does not choose; the
-    run then ended as failed, and the store is otherwise as it was.
-    """
+    run then ended as failed, and the store is otherwise as it was."""
     task.check(parameters)
     given = None if task.standpoints is None else read_standpoints(task.standpoints, task.ignored)
     files = pictures_as_files(pictures_of(given) if given else task.pictures if task.pictures is not None else {})

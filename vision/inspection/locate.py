@@ -1,6 +1,5 @@
 """Where a rig is in a world of a store: what to look for, where the search starts, and pictures matched against what a
-pose shows.
-"""
+pose shows."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 """The pictures of an inspection with what was extracted from them, what is the matter with them, and how many are kept
-in memory.
-"""
+in memory."""
 
 from __future__ import annotations
 
@@ -47,8 +46,7 @@ def return_memory() -> None:
     of a thread's arena from two megabytes on.
 
     Left alone it raises both limits with each large array that is freed, to 32 and 64 MB, for each of some sixteen
-    arenas: 150 MB and more after a few inspections.  Nothing where there is no glibc.
-    """
+    arenas: 150 MB and more after a few inspections.  Nothing where there is no glibc."""
     if platform.libc_ver()[0] == "glibc":
         allocator = ctypes.CDLL(None)
         allocator.mallopt(_MMAP_THRESHOLD, 1 << 20)
@@ -108,8 +106,7 @@ def measure_blur(grey: Floats) -> float:
     """Sigma (px) of the spread of the strong edges of a picture (rows, columns), 0..255; NaN where it has none.
 
     The slope of a straight edge that is spread by s is, seen by a Gaussian of sigma t and by differences two pixels
-    wide, as 1 / sqrt(s^2 + t^2 + 1/3): its ratio for two t gives s.
-    """
+    wide, as 1 / sqrt(s^2 + t^2 + 1/3): its ratio for two t gives s."""
     import cv2
 
     def slopes(sigma: float) -> Floats32:

@@ -46,8 +46,7 @@ class Result:
     serial: of the physical part, where one was given; prior: where the rig was thought to be; pictures, quality,
     points and matched: by camera, the last where that was asked for; parts and presence: None where nothing is in view
     or the pose is refused; variants: where they were weighed; considered: where no world was given; notes: what was
-    taken for given that the inputs do not say.
-    """
+    taken for given that the inputs do not say."""
 
     serial: str | None
     rig: Rig

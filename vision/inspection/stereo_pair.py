@@ -64,8 +64,7 @@ def match_pair(
     """Match two pictures, each of another camera of the rig, and store the run.
 
     Raises InputError for bad inputs and cameras that make no pair, and the run then ended as failed; UsageError, before
-    anything is written, for methods that are none.
-    """
+    anything is written, for methods that are none."""
     check_method(parameters.stereo)
     files = pictures_as_files(pictures)
     if len(files) != 2:

@@ -37,7 +37,7 @@ class VerdictParameters:
     least_share: float = 0.25
     """share of the expected evidence below which it says nothing for a pose: 232 of the right part had .34 and more"""
     min_posterior: float = 0.95  # probability from which a pose is accepted
-    max_absent_odds: float = 1.0
+    max_absent_odds: float = 2.0
     """log odds that the object lacks edges of the model, beside what it is said to lack: more is another object"""
     max_absent_odds_anywhere: float = 3.0
     """the same of all edges, before it is known what has moved, at a pose found with no prior: many edges of a box lie

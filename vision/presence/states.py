@@ -184,15 +184,21 @@ class Presence:
         return np.asarray(self.items.occurrence[holding])
 
     def find_explained_surfaces(self) -> Bools:
-        """Which of the scene's surfaces (s,) have moved, have something else in their place, or are of a hole, boss or
-        duct that is not found: what is missing of their edges is told by that."""
-        surfaces, level = self.signs.surfaces, np.array(self.items.level)
-        out = surfaces.moved.copy()
-        told = (level == "surface") & np.isin(self.state, (CONTRADICTED, CHANGED))
-        told |= (level == "feature") & np.isin(self.state, (CONTRADICTED, CHANGED, NOT_CONFIRMED))
-        member, surface = self.items.member, self.items.surface
-        out[surface[told[member] & ((level == "surface")[member] | self.items.inset[surface])]] = True
-        return out
+        """Which of the scene's surfaces (s,) have moved, have something else in their place, are of a hole, boss or duct
+        that is not found, or are not found of a rib, slot or step that is not as modelled: what is missing of their
+        edges is told by that."""
+        items, level = self.items, np.array(self.items.level)
+        fails, face = np.isin(self.state, (CONTRADICTED, CHANGED)), level == "surface"
+
+        def hold(some: Bools) -> Bools:
+            """Which surfaces belong to some of these items."""
+            out = np.zeros(len(self.signs.surfaces.moved), bool)
+            out[items.surface[some[items.member]]] = True
+            return out
+
+        lost = (level == "feature") & (fails | (self.state == NOT_CONFIRMED))
+        unseen = hold(fails & np.isin(items.kind, WITHIN)) & ~hold(face & (self.state == CONFIRMED))
+        return self.signs.surfaces.moved | hold(face & fails) | (hold(lost) & items.inset) | unseen
 
 
 @dataclass(frozen=True, kw_only=True)

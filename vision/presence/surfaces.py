@@ -500,7 +500,7 @@ def _bend(samples: Samples, count: int) -> tuple[Bools, Floats, Floats]:
 
 
 LEAST_FACES = 6  # whose fit says something of the object
-MOST_SIGMAS = 6.0  # as which a face counts at most, however far it lies off
+MOST_SIGMAS = 6.0  # as which a face counts at most, however far it lies off; one that lies farther off holds no pose
 
 
 def measure_misfit(surfaces: SceneSurfaces, holding: Bools) -> tuple[float, int] | None:
@@ -521,9 +521,9 @@ ALONG = 0.7  # cosine of the angle up to which faces look alike: they say where 
 def find_rival_face(surfaces: SceneSurfaces, holding: Bools, least_mm: float) -> int | None:
     """The face that lies farthest from its place, by more than `least_mm`, where no more faces hold the pose along its
     normal than have moved so far: which of them are where the model has them is then not known.  None where there is
-    none; holding (s,): faces of the parts that hold the pose."""
+    none; holding (s,): faces of the parts that hold the pose, but those that surely lie off."""
     away = holding & surfaces.moved & (np.abs(surfaces.mm) > least_mm)
-    there = holding & np.isfinite(surfaces.mm) & ~away
+    there = holding & (np.abs(surfaces.mm) <= MOST_SIGMAS * surfaces.sigma) & ~away
     alike = np.abs(surfaces.normal @ surfaces.normal[away].T) > ALONG
     rival = np.flatnonzero(away)[(alike & there[:, None]).sum(axis=0) <= (alike & away[:, None]).sum(axis=0)]
     return int(rival[np.argmax(np.abs(surfaces.mm[rival]))]) if len(rival) else None

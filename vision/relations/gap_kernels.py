@@ -16,8 +16,7 @@ def _along(px: float, py: float, x0: float, y0: float, x1: float, y1: float) -> 
 def near_boxes(boxes: Floats, order: Ints, first: int, reach: float, shorter: float, out: Ints) -> int:
     """Pairs of boxes (n, 4: least x and y, greatest x and y) no farther apart than `reach` along x and along y, or than
     `shorter`, which is no longer, where one is numbered from `first` on: their count, and the lesser and greater number
-    of as many as `out` has room for.  `order`: by least x.
-    """
+    of as many as `out` has room for.  `order`: by least x."""
     count = 0
     for at in range(len(order)):
         i = order[at]
@@ -43,8 +42,7 @@ def least_gaps(
     stay as they are where the gap is greater.
 
     Curve i has the `segments` (m, 4: x and y of both ends) from `offsets[i]` to `offsets[i + 1]`, in its box
-    `boxes[i]` (n, 4: least x and y, greatest x and y).
-    """
+    `boxes[i]` (n, 4: least x and y, greatest x and y)."""
     for k in range(len(one)):
         a, b = one[k], other[k]
         best = place[k, 0]

@@ -58,8 +58,7 @@ class Tolerance:
     nothing.
 
     Measured on left against right pictures of seven rendered pairs with partners
-    by the truth of rendering; wrong labels: others within 60 px, arcs within 30 degrees of the direction.
-    """
+    by the truth of rendering; wrong labels: others within 60 px, arcs within 30 degrees of the direction."""
 
     distance: float
     distance_share: float
@@ -102,8 +101,7 @@ class ImageCurves:
     end.  `sigma` is the standard deviation of its place across, `end_sigma` that of its
     ends along it (px), `angle_sigma` that of its direction (rad).  `salience` (px) is how much of it other pictures
     will probably show: its length, less where it is doubtful.  `centre_x`, `centre_y`, `radius` and their standard
-    deviations are NaN for what has none; of an ellipse `radius` is NaN.
-    """
+    deviations are NaN for what has none; of an ellipse `radius` is NaN."""
 
     offsets: Ints
     x: Floats
@@ -127,8 +125,7 @@ class Areas:
     """Regions: columns of length n and packed closed rings, px.
 
     Ring j, of region `ring_region[j]` (ascending, one at least each), has the vertices from `ring_offsets[j]` to
-    `ring_offsets[j + 1]` of `x`, `y`.  `sigma` (px) is the standard deviation of the outline's place.
-    """
+    `ring_offsets[j + 1]` of `x`, `y`.  `sigma` (px) is the standard deviation of the outline's place."""
 
     area: Floats
     centroid_x: Floats
@@ -157,8 +154,7 @@ class Relations(Rows):
     | equal_radius | radius of b less that of a | 0 |
     | bounds, adjacent, surrounds | length of the common border | bearing, as of near |
 
-    A bearing is above -pi and at most pi, any other angle between 0 and pi / 2; what is 0 by its kind has sigma 0.
-    """
+    A bearing is above -pi and at most pi, any other angle between 0 and pi / 2; what is 0 by its kind has sigma 0."""
 
     kind: npt.NDArray[np.int8]
     a: Ints32
@@ -436,8 +432,7 @@ class ProblemRows:
     nat_cost: cost of a nat of a relation; relation_weight: of all relations of a unit, None where each weighs what its
     kinds do; units, labels: how many there are; units_id, labels_id: their sets in the workspace; injective: no label
     twice (the mode `paper` knows no such limit); nodes: after how many the search ends; mode: of
-    `relmodel.labelling.solve`.
-    """
+    `relmodel.labelling.solve`."""
 
     units: int
     labels: int
@@ -473,8 +468,7 @@ def solve_rows(
     """Join the relations of both sides over the candidates, and search.
 
     The joins follow once all that they join is committed: only then does DuckDB know how many rows there are, and in
-    which order to join them.
-    """
+    which order to join them."""
     problem_key = {"run_id": 0, "problem_no": number}
     injective = rows.injective and rows.mode != PAPER
     tolerances: Columns = {

@@ -43,8 +43,7 @@ class Rectification:
 
     Frame: origin at the first camera's centre, x along the baseline to the second camera, z forward, mm.  A point
     (X, Y, Z) there has the first coordinates (f X/Z, f Y/Z) and the second ones (f (X - b)/Z, f Y/Z): the same row, and
-    disparity x_first - x_second = f b/Z.  `focal` f in px, `baseline` b in mm, `rig_from_rectified` (4, 4).
-    """
+    disparity x_first - x_second = f b/Z.  `focal` f in px, `baseline` b in mm, `rig_from_rectified` (4, 4)."""
 
     cameras: tuple[str, str]
     first: RectifiedCamera
@@ -176,8 +175,7 @@ class StereoArcs:
     Arc i runs through the points offsets[i] .. offsets[i + 1] of `points` (m, 2), px.  `contrast` (m,): height of the
     step there, grey levels, positive where the bright side lies left of the walk.  Of each arc (n,): `kind`, an index
     of `vision.extraction.arcs.KINDS`; `sigma`, lateral standard deviation of the arc as a whole, px; `width`, of the
-    blurred step, px.
-    """
+    blurred step, px."""
 
     offsets: Ints
     points: Floats
@@ -209,8 +207,7 @@ class Crossings(Rows):
 
     x px; `angle` rad from the vertical (dx/dy = tan); `contrast` grey levels, positive where the right-hand side
     (greater x) is bright; `sigma` px along the row, of the arc as a whole; `position`: index of the arc's point before
-    the crossing, plus the share of the way to the next.
-    """
+    the crossing, plus the share of the way to the next."""
 
     arc: Ints
     row: Ints
@@ -226,8 +223,7 @@ class RowArcs:
     """The arcs of one picture of a pair in its rectified rows.
 
     points (m, 2): those of the arcs, rectified px; box (arcs, 4): least and greatest x and y of each, as x0, y0, x1,
-    y1; crossings: on rows that arcs of both pictures reach; extent (arcs,): how many of them each arc has.
-    """
+    y1; crossings: on rows that arcs of both pictures reach; extent (arcs,): how many of them each arc has."""
 
     arcs: StereoArcs
     points: Floats
@@ -287,8 +283,7 @@ def row_crossings(offsets: Ints, x: Floats, y: Floats, reach: int, least_rise: f
 
     The tangent is the chord over `reach` points to both sides, within the arc; `slope` is its dx/dy, `rise` its
     dy/length (negative where the arc runs up); crossings with |rise| below `least_rise` are left out.  `position` is
-    the index of the point before the crossing plus the share of the way to the next.
-    """
+    the index of the point before the crossing plus the share of the way to the next."""
     arc = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
     p = np.flatnonzero(arc[1:] == arc[:-1])
     a, b = np.maximum(offsets[arc[p]], p - reach), np.minimum(offsets[arc[p] + 1] - 1, p + 1 + reach)
@@ -316,8 +311,7 @@ def pair_crossings(
     """Which crossings of two arcs are one: (pair, crossing of the first, of the second), ordered by the first two.
 
     pairs: arcs (k,) of the first and of the second picture.  Where arcs cross a row more than once, those that are most
-    alike, each the best of the other, by angle and contrast.
-    """
+    alike, each the best of the other, by angle and contrast."""
     row = np.concatenate([first.row, second.row])
     least = row.min(initial=0)
     rows = row.max(initial=0) - least + 1
@@ -374,8 +368,7 @@ def estimate_range(
     """The range from the pair itself: at each place the disparities of the nearest trusted pairs of arcs, widened.
 
     A repeated pattern matches itself at several shifts.  The rows propose some; the one is taken that most pairs of
-    arcs agree on.
-    """
+    arcs agree on."""
     at = np.column_stack([first.crossings.x, first.crossings.row])
     most = rectification.focal / p.nearest_baselines
 
@@ -491,8 +484,7 @@ def match_rows(
     """The crossing of the second picture matched to each of the first, -1 for none.
 
     first, second (n, 3): x, angle and contrast of crossings, those of a row between two of first_start, second_start
-    (rows + 1), by ascending x; bounds (n, 2): the disparities that each of the first may have.
-    """
+    (rows + 1), by ascending x; bounds (n, 2): the disparities that each of the first may have."""
     from vision.stereo import epipolar_kernels
 
     most = max(int(np.diff(start).max(initial=0)) for start in (first_start, second_start))

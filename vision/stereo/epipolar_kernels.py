@@ -30,8 +30,7 @@ def match_rows(
     `first`, `second` (n, 3): x, angle and contrast; those of a row lie between two of `first_start`, `second_start`
     (rows + 1), by ascending x.  `bounds` (n, 2): the disparities that each of the first may have.  Matches of one
     layer keep their order along the row; what a layer leaves is matched in the next, since objects in front of others
-    may reverse the order.  Worked in `left_over` (2, most of a row), `best` and `step`, both square and one larger.
-    """
+    may reverse the order.  Worked in `left_over` (2, most of a row), `best` and `step`, both square and one larger."""
     for row in range(len(first_start) - 1):
         for _ in range(layers):
             n, m = 0, 0
@@ -93,8 +92,7 @@ def count_alike(
     """Add to `count` (arcs of the first, of the second), for each pair of arcs, the pairs of their crossings of one row
     whose squared differences in sigmas are `most` at most.
 
-    Rows, crossings and bounds are those of `match_rows`; `first_arc`, `second_arc`: the arcs of the crossings.
-    """
+    Rows, crossings and bounds are those of `match_rows`; `first_arc`, `second_arc`: the arcs of the crossings."""
     for row in range(len(first_start) - 1):
         for i in range(first_start[row], first_start[row + 1]):
             for j in range(second_start[row], second_start[row + 1]):

@@ -262,8 +262,7 @@ def match_stereo(
 ) -> StereoMatches:
     """Match the primitives of two pictures, taken together by the two cameras of a rig, in its order.
 
-    Raises InputError where the cameras make no stereo pair, UsageError for an unknown method.
-    """
+    Raises InputError where the cameras make no stereo pair, UsageError for an unknown method."""
     one, other = (StereoPicture(pack_arcs(it), it.regions, it.relations) for it in (first, second))
     return match_pictures(rig, one, other, parameters)
 

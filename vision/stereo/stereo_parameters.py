@@ -1,8 +1,7 @@
 """The parameters of stereo, a class a step: everything numeric that decides which arcs are matched.
 
 On rendered metal true pairs differ by 0.05 rad and 0.25 in the median, by 0.2 rad and 0.8 at the 95th percentile, and
-one in fifteen changes sign.  Between half and twice these values precision and recall move by a few hundredths.
-"""
+one in fifteen changes sign.  Between half and twice these values precision and recall move by a few hundredths."""
 
 from dataclasses import dataclass, field
 
@@ -47,8 +46,7 @@ class EvidenceParameters:
 
     Prices: logistic regression on the candidates of seven rendered pairs (A0, A2, A4, A6, B0, C0, C2), second against
     wrong by the truth of rendering; on seven others they separate second from wrong with an area under the curve of
-    .945.
-    """
+    .945."""
 
     most_unlike: float = 8.0  # squared sigmas of angle and contrast by which alike crossings may differ
     least_alike: float = 0.3  # share of the shorter arc's rows on which the two must be alike
@@ -104,8 +102,7 @@ class TriangulationParameters:
 
     Fitted to the true pairs of rendered metal: the lateral error of whole arcs, first less second, was 0.06 px in the
     median where the widths of the two arcs are alike to 0.03 px, 0.32 px where they differ by more than 0.2; what both
-    pictures share of it (saturation, roundings) was 0.35 px.
-    """
+    pictures share of it (saturation, roundings) was 0.35 px."""
 
     common_sigma: float = 0.5  # px: how far light shifts an arc as a whole in both pictures alike
     light_sigma: float = 0.07

@@ -18,8 +18,7 @@ class Conics(Rows):
     """Ellipses (k,) in the rig's frame, mm: centre + cos(t) major + sin(t) minor, each (k, 3); NaN where there is none.
 
     A circle's axes are of one length.  `covariance` (k, 7, 7): that of centre, unit normal and radius, mm and rad, of
-    an ellipse those of the circle nearest to it.
-    """
+    an ellipse those of the circle nearest to it."""
 
     centre: Floats
     major: Floats
@@ -213,8 +212,7 @@ class SpaceArcs(Rows):
     `curve` (k,) indexes CURVES.  `start`, `end` (k, 3): ends of the part that both pictures show, in the walk of the
     first; `covariance` (k, 6, 6): that of start and end, mm^2, across the curve and along it.  `conics`: the circles
     and ellipses, NaN for other curves.  `edge_probability` (k,): of an edge of an object, and not of what lies on it as
-    texture, reflections, shadows.
-    """
+    texture, reflections, shadows."""
 
     first: Ints
     second: Ints
@@ -349,8 +347,7 @@ def _fit(seen: _Disparities, middle: Floats, prior: Floats) -> tuple[Floats, Flo
     """Least squares of each pair: slopes of disparity along x and y, disparity at the middle (k, 2) and shift, (k, 4),
     and their covariance (k, 4, 4), under the precisions `prior` (k, 4) of values about 0.
 
-    Where the residuals are larger than sigma, they count instead.
-    """
+    Where the residuals are larger than sigma, they count instead."""
     k, group, value, sigma = len(prior), seen.pair, seen.disparity, seen.sigma
     design = np.column_stack([seen.place - middle[group], np.ones(len(group)), seen.shift])
     weight = sigma**-2.0

@@ -2,8 +2,7 @@
 
 Each verb is a function of a module of `relmodel.app.cli.verbs`, declared by `relmodel.app.cli.options.verb`: its
 docstring says what it does, its first sentence in the list of verbs.  Only the module of the verb that is asked is
-imported, and these import nothing heavy before the verb runs, so that help answers at once.
-"""
+imported, and these import nothing heavy before the verb runs, so that help answers at once."""
 
 from __future__ import annotations
 
@@ -132,8 +131,7 @@ def report_error(args: argparse.Namespace, error: Exception, place: str = "") ->
 def parser(verb: str = "", rare: bool = False) -> argparse.ArgumentParser:
     """The parser of the whole command line, or of a single verb: building all of them takes longer than most verbs.
 
-    rare: whether help has the options that are rarely needed.
-    """
+    rare: whether help has the options that are rarely needed."""
     top = argparse.ArgumentParser(
         prog="relmodel",
         description="A hierarchical relational model of machined objects, and the pose of cameras from it.",

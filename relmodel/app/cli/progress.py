@@ -1,8 +1,7 @@
 """How far long work is, on stderr: a bar where that is a terminal, else a line now and then.
 
 What is being done comes from the library; how far a run is, and how long the rest will take, from how long the steps of
-the newest run of its kind took in this store.
-"""
+the newest run of its kind took in this store."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """Pages: templates filled in, with everything that a browser needs inside and nothing that it may fetch.
 
 Names come from files that others made: templates escape all text, JSON lies in an element that is not run, and the
-page's policy admits only the script whose hash it states, so that no name can inject another.
-"""
+page's policy admits only the script whose hash it states, so that no name can inject another."""
 
 from __future__ import annotations
 
@@ -39,8 +38,7 @@ class PageTable:
     name: what files of the page's tables know it by.  Of a long one the first rows are shown: the query gives all.
     upright: the one row stands as a column.  folded: shown when its title is clicked.  empty: what is said where there
     are no rows; without it the table is left out then.  marks: of each row the ids of what it stands for in the
-    pictures, which the page's script lights.  links, pictures: where each row leads, and where its picture is.
-    """
+    pictures, which the page's script lights.  links, pictures: where each row leads, and where its picture is."""
 
     title: str
     columns: Sequence[str]
@@ -86,8 +84,7 @@ class ListEntry:
     that (None: all), ids of arcs in the pictures.
 
     level: finding (not as modelled), part or feature; share: its size where that is another, or how much of it there
-    is; state empty where nothing was said of it.
-    """
+    is; state empty where nothing was said of it."""
 
     level: str
     name: str

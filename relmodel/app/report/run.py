@@ -59,8 +59,7 @@ _LAYERS = (
 def run_page(store: Store, connection: Connection, run: int, around: Mapping[str, Any] | None = None) -> str:
     """The page of a run, of whatever kind and end; around: what stands about it where it is one of several.
 
-    Raises UsageError where there is no such run.
-    """
+    Raises UsageError where there is no such run."""
     tables = run_tables(store, connection, run)
     row = tables["run"].rows[0]
     pose, prior = (next(iter(tables[name].rows), None) for name in ("pose", "prior"))

@@ -24,8 +24,7 @@ class Subject(TypedDict, total=False):
     """What a page is of, one of these; of the newest inspection where none is named.
 
     run: its number, or a word that names it.  serial: of a physical part.  object: its name, and its variant.
-    diff: two variants, of the object where that is named, else as OBJECT:VARIANT.
-    """
+    diff: two variants, of the object where that is named, else as OBJECT:VARIANT."""
 
     run: int | str | None
     serial: str | None

@@ -4,8 +4,7 @@ A literal of an example question that a comment names is a parameter, the litera
 
     WHERE value > 40 /* depth */
 
-stays SQL that any client runs; here it asks for `depth`.
-"""
+stays SQL that any client runs; here it asks for `depth`."""
 
 from __future__ import annotations
 

@@ -32,8 +32,7 @@ _MOST_PICTURES = 1000  # some kB each
 class Server(ThreadingHTTPServer):
     """A server of one store.  Its `url` is where a browser finds it.
 
-    Requests are answered one after the other: the store is open only meanwhile, so that others can write in between.
-    """
+    Requests are answered one after the other: the store is open only meanwhile, so that others can write in between."""
 
     daemon_threads = True
 
@@ -157,8 +156,7 @@ class StoppedError(RelmodelError):
 def only_reading(store: Store, time_limit_s: float, overdue: Callable[[], object] | None = None) -> Iterator[None]:
     """Limit all queries of the block on a store that is open read-only: on DuckDB external access is off and the
     configuration locked; what is not done after `time_limit_s` is interrupted.  Raises StoppedError then.  Where a
-    statement does not heed that, `overdue` is called, from another thread.
-    """
+    statement does not heed that, `overdue` is called, from another thread."""
     running: list[Any] = []  # the connection of the driver whose statement does
     ends = time.monotonic() + time_limit_s
 

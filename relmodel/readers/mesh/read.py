@@ -229,8 +229,7 @@ def read_mesh(
     `fit` no surfaces are fitted: what only occludes stays triangles between crease edges.
 
     What the file refers to is read from its own folder and nowhere else.  Raises InputError where the file is no
-    such mesh, has no triangle, or is too large, where its unit is unknown, or a unit is given that it states itself.
-    """
+    such mesh, has no triangle, or is too large, where its unit is unknown, or a unit is given that it states itself."""
     form = path.suffix[1:].lower()
     check_unit(path, unit)
     if path.stat().st_size > _MOST_BYTES or (form == "3mf" and _unpacked_bytes(path) > _MOST_BYTES):
@@ -292,8 +291,7 @@ def _check_head(name: str, form: str, content: bytes) -> None:
     """Refuse what does not begin as files of its format do, or is shorter than it says.
 
     trimesh would read STL that is not text as text in an encoding that it guesses, where the package that guesses is
-    installed.
-    """
+    installed."""
     fault = None
     if not content.startswith(_BEGINS.get(form, b"")):
         fault = f"it does not begin as {form.upper()} does"
@@ -396,8 +394,7 @@ class _GraphWalk:
         """Instances that stand for the nodes below the base, whose coordinates are to be stretched by a 3x3 matrix.
 
         Without recursion, since files nest as deeply as they like: nodes are placed on the way down, and become
-        assemblies on the way up.
-        """
+        assemblies on the way up."""
         base = self.build.base
         placed: list[tuple[str, str, list[int], Floats]] = []  # node, its parent, its parts, parent_from_node
         waiting = [(node, base, stretch) for node in reversed(self._children.get(base, []))]

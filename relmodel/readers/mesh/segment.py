@@ -2,8 +2,7 @@
 
 Coplanar triangles make patches.  A patch with its neighbours across long, smooth edges determines a surface of each
 kind; patches that agree about theirs make a candidate, which grows over neighbours that lie on it, whoever else claims
-them.  The candidates that explain the greatest area are taken, one after the other.
-"""
+them.  The candidates that explain the greatest area are taken, one after the other."""
 
 from __future__ import annotations
 
@@ -405,8 +404,7 @@ class _Segmentation:
         """Owner of each patch, now of all; owners from `curved` on are new, planes or free-form.
 
         What no curved surface owns is a plane where it is flat and isolated, or much wider than the strips that it runs
-        smoothly into: a free-form surface is tessellated into patches about as wide as their neighbours.
-        """
+        smoothly into: a free-form surface is tessellated into patches about as wide as their neighbours."""
         p, count = self.patches, self.count
         open_ = (owner[p.a] < 0) & (owner[p.b] < 0)
         # A plane whose boundary is less exact than its inside comes in several patches.

@@ -111,8 +111,7 @@ def _frames(regions: MeshRegions, normal: Floats, centroid: Floats) -> tuple[Flo
     """Axis, origin, radius, radius2 and semi-angle of the regions; NaN where a kind has none.
 
     The origin of a plane, cylinder or cone is abreast of the centroid; a cone opens along its axis; a sphere's axis
-    goes through the middle of its region.
-    """
+    goes through the middle of its region."""
     kind, row = regions.kind, regions.surface
     plane, facets = kind == "plane", kind == "facets"
     cone, sphere, torus = kind == "cone", kind == "sphere", kind == "torus"
@@ -209,8 +208,7 @@ def shape_from_triangles(
     which face each triangle belongs to where that is known: the surfaces then are the faces that have an area, fitted
     with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.  Where it is not known,
     triangles that contradict their neighbours are turned over.  Without `fit` the surfaces are the regions between
-    creases, all of them facets.
-    """
+    creases, all of them facets."""
     vertices, triangles, kept = weld(vertices, triangles)
     if len(triangles) == 0:
         return None

@@ -162,8 +162,7 @@ def mend_winding(vertices: Floats, triangles: Ints) -> tuple[Ints, int]:
     """Triangles, turned over where their neighbours disagree with them about inside and outside; how many were turned.
 
     Each body keeps the orientation of most of its area; a closed one is turned outward, unless it lies in the box of
-    another, where it may be a void.  A surface with one side only, such as a Moebius strip, stays as it is.
-    """
+    another, where it may be a void.  A surface with one side only, such as a Moebius strip, stays as it is."""
     m = len(triangles)
     ends, one, two = _pairs_of_sides(triangles)
     a, b, against = one // 3, two // 3, ends[one, 0] == ends[two, 0]
@@ -308,8 +307,7 @@ def chain_edges(vertices: Floats, ends: Ints, side_a: Ints, side_b: Ints) -> Edg
     """Chain edges (n, 2) that lie between the same two sides, where two meet and go on in about one direction.
 
     `side_a` and `side_b` (n,) are what lies to the left and to the right of an edge in its direction, -1 for nothing.
-    A chain has the lesser of the two to its left.
-    """
+    A chain has the lesser of the two to its left."""
     n = len(ends)
     if n == 0:
         return EdgeChains(np.zeros(1, np.int64), np.empty(0, np.int64), np.empty(0, bool), np.empty(0, np.int64))
@@ -352,8 +350,7 @@ def without_lines(vertices: Floats, chains: EdgeChains, which: Bools, fine: floa
     """Chains of which those that `which` says are cut where a straight run begins or ends that is much longer than
     what comes before and after: between two surfaces an edge may go on as another curve.
 
-    Edges are one run where their common vertex is off its neighbours' line by rounding, `fine`, only.
-    """
+    Edges are one run where their common vertex is off its neighbours' line by rounding, `fine`, only."""
     chain = np.repeat(np.arange(chains.count), np.diff(chains.offsets))
     first = np.arange(len(chain)) + chain
     vector = vertices[chains.vertices[first + 1]] - vertices[chains.vertices[first]]
@@ -380,8 +377,7 @@ def weld(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
     bodies that touch.
 
     A triangle without area whose corners differ joins a side to a vertex on it: the triangle beyond its longest side
-    is cut at that vertex instead.  The third result says which triangles are left, in rising order.
-    """
+    is cut at that vertex instead.  The third result says which triangles are left, in rising order."""
     vertices, triangles = _merge(vertices, triangles)
     triangles, kept = _regular(vertices, triangles)
     used, inverse = np.unique(triangles, return_inverse=True)

@@ -1,7 +1,6 @@
 """The product structure of a STEP file: assemblies, parts, names, colours, layers, materials, and what is shared.
 
-Imports the CAD kernel; `read.py` reports where it is missing.
-"""
+Imports the CAD kernel; `read.py` reports where it is missing."""
 
 from __future__ import annotations
 
@@ -322,8 +321,7 @@ def _components(label: Any, labels: Labels) -> Iterator[tuple[Any, Any, Any, boo
     """Components of an assembly: label, label referred to, transform, and whether the kernel made it.
 
     The kernel splits a product with several bodies into nameless components at identity (usages of a product have
-    names of their own), and groups of such components are gone through.
-    """
+    names of their own), and groups of such components are gone through."""
     components = Sequence_TDF_Label()
     XCAFDoc_ShapeTool.GetComponents_s(label, components, False)
     for component in components:

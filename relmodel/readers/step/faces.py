@@ -41,8 +41,7 @@ def sub_shapes(shape: Any, kind: Any) -> Any:
 def face_map(shape: Any) -> Any:
     """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1.
 
-    A face that lost its boundary to damage has no extent and is left out; a face of triangles never has a boundary.
-    """
+    A face that lost its boundary to damage has no extent and is left out; a face of triangles never has a boundary."""
     keys = ShapeMap()
     for face in sub_shapes(shape, Type.TopAbs_FACE):
         if TopExp_Explorer(face, Type.TopAbs_EDGE).More() or BRep_Tool.Surface_s(TopoDS.Face(face)) is None:
@@ -108,8 +107,7 @@ def vertex_of(edge: Any) -> Any | None:
 def edge_tolerances(edges: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Greatest gap (n,) that the kernel calls valid at each edge of an `edge_map`, mm.
 
-    An edge lies within its tolerance of its faces, and ends within that of its vertices: two of them meet in one.
-    """
+    An edge lies within its tolerance of its faces, and ends within that of its vertices: two of them meet in one."""
     out = np.empty(len(edges))
     for i, edge in enumerate(map(TopoDS.Edge, edges)):
         out[i] = BRep_Tool.Tolerance_s(edge)
@@ -152,8 +150,7 @@ def loops_of(face: Any, edges: Any, findings: Findings, surface_no: int) -> list
     """Loops of a face taken as forward, the outer one first, their coedges head to tail.
 
     edges: the `edge_map`; edges that are not in it are left out.  Where the kernel fails the order of the file stands,
-    and `findings` says so of the surface.
-    """
+    and `findings` says so of the surface."""
     wires = [TopoDS.Wire(one) for one in _children(face) if one.ShapeType() == Type.TopAbs_WIRE]
     if len(wires) > 1:
         with findings.contained("which loop of a face is the outer one", "unread_boundary", surface_no):
@@ -284,8 +281,7 @@ def widen_boxes(boxes: Floats, faces: list[Any], kinds: list[str], mesh: Mesh) -
     """Widen boxes (n, 6: x0 y0 z0 x1 y1 z1) of the arcs of faces to those of the faces, in place.
 
     The kernel's own are at times too small on free-form faces and too large on cut spheres and tori: the box of the
-    triangles, widened, stands where they are less than it, and where they are beyond it by more than the deviation.
-    """
+    triangles, widened, stands where they are less than it, and where they are beyond it by more than the deviation."""
     for i, (row, face, kind) in enumerate(zip(boxes, faces, kinds, strict=True)):
         if kind in _RULED:
             continue

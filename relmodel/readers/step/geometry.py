@@ -44,8 +44,7 @@ def tori(surfaces: Surfaces, row: Ints, tolerance: float) -> Tori:
     """Those of the surfaces `row` (n,) that are, within their domains, tori as near as `tolerance` (mm).
 
     The normals of a surface of revolution meet its axis: their Pluecker coordinates are linear in those of the axis
-    (Pottmann and Wallner, Computational Line Geometry, 2001).  A torus is one whose meridian is a circle.
-    """
+    (Pottmann and Wallner, Computational Line Geometry, 2001).  A torus is one whose meridian is a circle."""
     points, across = grid(surfaces, row, np.linspace(0, 1, _P.torus_side))
     normals = unit(across.reshape(-1, 3).T).T.reshape(across.shape)
     good = np.isfinite(points).all(axis=(1, 2)) & np.isfinite(normals).all(axis=(1, 2))

@@ -110,8 +110,7 @@ def _by(encoding: str, written: bytes) -> str | None:
 def _is_chinese(strings: Iterable[bytes]) -> bool:
     """Whether strings that are not UTF-8 are in GB18030: half of their bytes above ASCII are frequent characters of it.
 
-    Two bytes between Latin letters, or nothing but umlauts, count for none: they are as well Western (GRÖßE).
-    """
+    Two bytes between Latin letters, or nothing but umlauts, count for none: they are as well Western (GRÖßE)."""
     frequent = above = 0
     for written in strings:
         if written.isascii() or _by("utf-8", written) is not None:
@@ -477,8 +476,7 @@ def validation_units(instances: Instances) -> dict[tuple[str, str], float]:
     """What the volumes and areas among the validation properties are to be multiplied by to be mm3 and mm2.
 
     Keys: `volume` or `area`, and the number as `number_key` has it.  The unit is that of the measure or, where it has
-    none, of length in the context of its representation (ISO 10303-41, -43).
-    """
+    none, of length in the context of its representation (ISO 10303-41, -43)."""
     out: dict[tuple[str, str], float] = {}
     powers = {"VOLUME_MEASURE": 3, "AREA_MEASURE": 2}
     for _, _, shown in instances.pairs("PROPERTY_DEFINITION_REPRESENTATION"):

@@ -1,8 +1,7 @@
 """STEP files (AP203, AP214, AP242): the text is parsed once, the CAD kernel reads the same bytes.
 
 The kernel crashes on many damaged files and takes what memory it wants, so `relmodel.readers.read` runs this in a
-child process under limits.
-"""
+child process under limits."""
 
 from __future__ import annotations
 
@@ -25,8 +24,7 @@ def read_step(path: Path) -> Model:
     """Read a STEP file, gzipped or not, into parts, shapes and assemblies; lengths become mm.
 
     Raises InputError where the file cannot be read, is not STEP or cut off, has a number that is not finite, is
-    in no known unit or holds no face.
-    """
+    in no known unit or holds no face."""
     content = path.read_bytes()
     files = (SourceFile(path.name, hashlib.sha256(content).hexdigest()),)
     if path.suffix.lower() == ".gz":

@@ -49,8 +49,7 @@ def mesh(
     """Triangles of the faces of a shape, vertices apart for each face, normals those of the surface there.
 
     edges: of each arc the edge and a face that it bounds.  size: diagonal of the shape's box, mm.  closed: whether it
-    is to be.  The findings are faces without triangles, and a mesh that is open or far from the exact geometry.
-    """
+    is to be.  The findings are faces without triangles, and a mesh that is open or far from the exact geometry."""
     chord = max(_P.chord_mm, _P.chord_share * size)
     bound = _P.most_chords * chord
     for algorithms in (_ALGORITHMS, _ALGORITHMS[-1:]):
@@ -167,8 +166,7 @@ def _arrays(triangulations: list[Any]) -> list[tuple[Floats, Floats, Ints32]]:
     """Vertices (n, 3), their parameters (n, 2) and triangles (m, 3, from 0) of triangulations with parameters.
 
     Through the kernel's binary form (`BinTools_ShapeSet::WriteTriangulation`, version 4) of faces that have nothing
-    else: asking for a hundred thousand vertices one by one takes half as long as making them.
-    """
+    else: asking for a hundred thousand vertices one by one takes half as long as making them."""
     faces = []
     for one in triangulations:
         face = TopoDS_Face()

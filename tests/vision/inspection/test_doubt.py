@@ -39,7 +39,7 @@ def doubted(it: Presence, needs_mm: float = 3.0) -> Verdict:
     ("missing", "verdict"),
     [
         (((1, 0), 90, 90, 0.0, 6.0, 6), "accepted"),  # it shows
-        (((1, -1), 90, 90, 0.0, -4.0, 6), "refused"),  # an edge of the body
+        (((1, -1), 90, 90, 0.0, -5.0, 6), "refused"),  # an edge of the body
         (((0, 2), 90, 90, 0.0, -9.0, 9), "accepted"),  # the rim of a hole, which is told missing
         (((3, 4), 90, 90, 0.0, -9.0, 9), "accepted"),  # a part that is told missing
     ],

@@ -217,6 +217,16 @@ def test_what_is_told_missing_explains_its_edges(odds: float, explained: list[in
     assert np.flatnonzero(decided(moved(signs(SMALL))).find_explained_surfaces()).tolist() == [0, 3]
 
 
+@pytest.mark.parametrize(("kind", "explained"), [("web", []), ("rib", [1])])
+def test_a_missing_rib_explains_its_edges_but_those_of_faces_that_are_found(kind: str, explained: list[int]) -> None:
+    """Face 0, which belongs to it too, is found; a web says nothing of what is missing of it."""
+    of = replace(items(), kind=["", kind, "through_hole", "", ""])
+    edges = signs(((0, 0), 60, 60, 1.0, 4.0, 9), ((1, 1), 90, 90, 0.0, -29.0, 19))
+    it = decide(of, np.full(SURFACES, np.nan), edges, ["0"], P.states)
+    assert said(it)["web"][0] == "contradicted"
+    assert np.flatnonzero(it.find_explained_surfaces()).tolist() == explained
+
+
 @pytest.mark.parametrize(
     ("mm", "sigma", "log_odds", "state", "why"),
     [

@@ -303,7 +303,8 @@ def test_only_what_bends_around_is_shifted_aside(half: bool) -> None:
         ([1, 0, 0, 0], [2, 0, 0, 0], 3.0, None),  # not so far that it matters
         ([1, 0, 0, 1], [6, 0, 0, -7], 3.0, 3),  # the farthest of two
         ([0, 0, 1, 0], [0, 0, 6, 0], 3.0, 2),  # none is along the third's normal
-        ([1, 0, 0, 0], [6, 0, 0, 0.1], 3.0, None),  # two hold it
+        ([1, 0, 0, 0], [6, 0, 0, 0.5], 3.0, None),  # two hold it
+        ([1, 0, 0, 0], [6, 0, 0, 0.7], 3.0, 0),  # one of them surely lies off
     ],
 )
 def test_a_face_may_hold_the_pose_unless_more_others_do(
@@ -312,7 +313,7 @@ def test_a_face_may_hold_the_pose_unless_more_others_do(
     """Two pairs of opposite faces; the last is measured where it is not zero."""
     normal = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [1, 0, 0]], float)
     known = np.array([*mm[:3], mm[3] or np.nan], float)
-    it = SimpleNamespace(moved=np.array(moved, bool), mm=known, normal=normal, shift_sigma=np.full(4, np.nan))
+    it = SimpleNamespace(moved=np.array(moved, bool), mm=known, normal=normal, sigma=np.full(4, 0.1))
     assert find_rival_face(cast(SceneSurfaces, it), np.ones(4, bool), least) == face
     assert find_rival_face(cast(SceneSurfaces, it), np.zeros(4, bool), least) is None
     if sum(moved) == 1 and face is None:  # a face of another part does not hold it

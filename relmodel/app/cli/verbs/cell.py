@@ -86,8 +86,7 @@ def rig(args: argparse.Namespace) -> int:
     Calibrations: of relmodel, OpenCV, ROS (CameraInfo), Kalibr (camchain) or COLMAP (a folder).  A file is known by
     what it says, not by its name.  What a rig cannot hold is refused by name.  check says how much of their pictures
     two cameras share, how exactly a pose and a diameter will be told, what errors of the file would do, and how well
-    two pictures agree with it; it fails where they do not.
-    """
+    two pictures agree with it; it fails where they do not."""
     from vision.cameras.files import read_rig, write_rig
 
     if args.action == "check":
@@ -173,8 +172,7 @@ def where(args: argparse.Namespace) -> int:
     Prints a prior file for `relmodel inspect --prior`.  With --found, the pose of the rig that an inspection found (its
     answer as JSON, or YAML with world_from_rig and covariance or sigma), prints the correction of the arm's base
     instead, with the joints fixed unless their sigmas are given: shift_mm is along the world's axes, turn_rad and
-    covariance (mm, then rad) along the base's.
-    """
+    covariance (mm, then rad) along the base's."""
     import yaml
 
     from relmodel.world.kinematics import mounted_rig
@@ -241,8 +239,7 @@ def plan(args: argparse.Namespace) -> int:
     the one that checks most of what no view before it checks, until 95 % of what any pose could check is checked.
     --out writes each view as a prior for `relmodel inspect`, and two lists that say how to name the pictures: pairs.csv
     for its --list, and standpoints.csv for its --standpoints, where nothing is moved but the rig: put the repeatability
-    of what carries it into sigma_mm and sigma_deg there.
-    """
+    of what carries it into sigma_mm and sigma_deg there."""
     import numpy as np
 
     from relmodel.app.cli.progress import shown
@@ -343,8 +340,7 @@ def _summary(plan: Plan) -> str:
 def find(args: argparse.Namespace) -> int:
     """Find the parts, features, surfaces or arcs that lie in a box, a sphere, a polyhedron or a camera's view.
 
-    Without --level: parts and their features.  Where nothing is found the nearest part is named.
-    """
+    Without --level: parts and their features.  Where nothing is found the nearest part is named."""
     from relmodel.find.find import find_rows
     from relmodel.geometry.curves import BOX
 

@@ -20,8 +20,7 @@ def demo(args: argparse.Namespace) -> int:
     truth.
 
     Everything lands in the folder given with --folder: the store, a picture of the model drawn over the images, the
-    report.
-    """
+    report."""
     import os
 
     from relmodel.app.report.write import write_report

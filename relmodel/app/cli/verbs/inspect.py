@@ -144,8 +144,7 @@ def inspect(args: argparse.Namespace) -> int:
 
     The exit status is 0 where the pose is accepted, 5 where it is accepted and something is there that --fail-on names,
     and 1 where it is ambiguous or refused.  For a list it is the worst of its lines: first 4 (an internal error), then
-    2 (wrong use), 3 (bad input), 1 and 5.
-    """
+    2 (wrong use), 3 (bad input), 1 and 5."""
     from dataclasses import replace
 
     from relmodel.app.cli.progress import shown

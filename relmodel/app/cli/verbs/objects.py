@@ -42,8 +42,7 @@ def load(args: argparse.Namespace) -> int:
 
     An irregularity in a file that loads, such as an edge off its face by more than its tolerance, is a finding: a row
     of load_finding, and a line on stderr.  A file is refused if it cannot be read, has numbers that are not finite,
-    exceeds a limit, or lost faces (--allow-partial loads the rest); with --strict also if it has findings.
-    """
+    exceeds a limit, or lost faces (--allow-partial loads the rest); with --strict also if it has findings."""
     from relmodel.app.cli.progress import shown
     from relmodel.app.session import compile_behind
     from relmodel.errors import InputError
@@ -130,8 +129,7 @@ def show(args: argparse.Namespace) -> int:
     picture.
 
     Equal siblings stand in one line of the table (BOLT_F01 x 24), which ends after 100 rows and leaves out attributes.
-    --all prints all of the table, --format json or csv a row of each part.
-    """
+    --all prints all of the table, --format json or csv a row of each part."""
     from relmodel.app.tree import alike, read_tree, tree_rows
     from relmodel.drawing.draw import hexadecimal
     from relmodel.drawing.solid import write_picture
@@ -194,8 +192,7 @@ def set_(args: argparse.Namespace) -> int:
     attribute_log), and the newest counts.
 
     A number has a decimal point: 2,70 is refused unless --text says that it is a text.  So is a density, or a mass for
-    the volume of its part, that no material has.
-    """
+    the volume of its part, that no material has."""
     from relmodel.app.attributes import AttributeOwner, set_attribute
 
     value = args.value if args.text else _value(args.value)
@@ -247,8 +244,7 @@ def diff(args: argparse.Namespace) -> int:
 
     Each is identical, retrimmed (the same unbounded surfaces with another boundary), moved (by how much), changed,
     added or removed; for parts it also says what else differs (path, number, material, ...).  Surfaces are only counted
-    without --level or --all.  The rows stay in the store: SELECT * FROM variant_change.
-    """
+    without --level or --all.  The rows stay in the store: SELECT * FROM variant_change."""
     from relmodel.app.cli.progress import shown
     from relmodel.app.report.write import variant_named
     from relmodel.store import sql
@@ -306,8 +302,7 @@ def export(args: argparse.Namespace) -> int:
     into a folder of tables.
     --parquet writes the worlds in all revisions, and the contents of each placed object once, for
     queries/parquet/placed_parts.sql and find_in_volumes.sql on DuckDB or Spark.
-    Every row has the id of the store and the name of its cell (relmodel init --cell).
-    """
+    Every row has the id of the store and the name of its cell (relmodel init --cell)."""
     from relmodel.app.audit import run_named
     from relmodel.app.cli.progress import shown
     from relmodel.app.export import export_object, export_run, read_results

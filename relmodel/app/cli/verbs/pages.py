@@ -32,8 +32,7 @@ def report(args: argparse.Namespace) -> int:
     The page of a run has its verdict, the pictures with what was found drawn over them, the parts and features in view,
     the model in three dimensions, and the tables that all this rests on, each with its SQL.  The page of a run that was
     refused or failed shows why.  Without RUN it is of the newest inspection.  With --serial it is of all inspections of
-    one physical part: what was checked, what failed and what was not yet seen.
-    """
+    one physical part: what was checked, what failed and what was not yet seen."""
     from relmodel.app.cli.progress import shown
     from relmodel.app.report.write import Subject, write_report
 
@@ -53,8 +52,7 @@ def serve(args: argparse.Namespace) -> int:
     """Show the store in a local web page: runs, objects in 3-D, sizes over time, what lies in a box, questions and SQL.
 
     It listens on this machine only, writes nothing, and opens the store only while a page is made, so that inspections
-    can go on.  Every table is there as .json and .csv too.  Ctrl-C ends it.
-    """
+    can go on.  Every table is there as .json and .csv too.  Ctrl-C ends it."""
     from relmodel.app.cli.output import end_process
     from relmodel.app.serve.server import Server
     from relmodel.errors import InputError

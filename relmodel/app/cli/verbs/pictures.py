@@ -49,8 +49,7 @@ def extract(args: argparse.Namespace) -> int:
     Stages: edges (sub-pixel elements), linking (chains), filling (chains with gaps bridged, weak ones cleared), arcs
     (red lines, blue circular, green elliptic, yellow free, grey likely texture), junctions (arcs, their ends closed
     where they meet), regions, topography (eleven labels), relations.
-    Several pictures are drawn side by side.  With --store the rows are kept there.
-    """
+    Several pictures are drawn side by side.  With --store the rows are kept there."""
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
     from relmodel.drawing.draw import check_writable, save_side_by_side
@@ -133,8 +132,7 @@ def stereo(args: argparse.Namespace) -> int:
 
     Of the answer what each camera shows stands under the camera's name.
     No model is needed: the pair itself gives the range of depths.  The method pong uses votes of epipolar rows,
-    attributes of arcs and regions, then relations; relational uses only relations, within the epipolar geometry.
-    """
+    attributes of arcs and regions, then relations; relational uses only relations, within the epipolar geometry."""
     from relmodel.compiled import compile_ahead
     from vision.inspection.inspection_parameters import DEFAULTS, choose_methods
     from vision.inspection.stereo_pair import KERNELS, match_pair

@@ -65,8 +65,7 @@ def why(args: argparse.Namespace) -> int:
     """Say why an inspection decided as it did, in sentences that follow from its rows.
 
     Of its verdict (default), its pose, an image arc (CAMERA:NUMBER), or a part or feature (its path, as parts in view
-    are listed).  The views why_arc, why_verdict, why_hypothesis and why_part have the same for SQL.
-    """
+    are listed).  The views why_arc, why_verdict, why_hypothesis and why_part have the same for SQL."""
     from relmodel.app.audit import Sentence, explain
 
     with open_store(args, read_only=True) as store:
@@ -85,8 +84,7 @@ def replay(args: argparse.Namespace) -> int:
 
     They agree to 1e-9 with the code, packages and machine that made the run, else to 1e-6; other versions are named.
     Exit status 1 where something differs.  Nothing is written.  Pictures that were not kept or were pruned cannot be
-    inspected again: what is left to do is `relmodel check`.
-    """
+    inspected again: what is left to do is `relmodel check`."""
     from relmodel.app.audit import inspection_named
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
@@ -123,8 +121,7 @@ def compare(args: argparse.Namespace) -> int:
 
     What is the same in both is not printed.  Of poses: how far the second is from the first, in the world's axes and in
     the rig's, with one standard deviation of that; rotations in rad.  The table has the first rows of each section and
-    the beginning of long values; --all, --md and --json print everything.
-    """
+    the beginning of long values; --all, --md and --json print everything."""
     from relmodel.app.audit import Difference, compare_runs, run_named
 
     with open_store(args, read_only=True) as store:
@@ -204,8 +201,7 @@ def accept(args: argparse.Namespace) -> int:
     """Accept a finding: the part may be used with it.
 
     FINDING is its number in the report of the run.  Nothing is overwritten: each decision is kept with who decided,
-    when and why, and the newest counts (the view finding); the verdict stays as it is.
-    """
+    when and why, and the newest counts (the view finding); the verdict stays as it is."""
     return _decide("accepted", args)
 
 
@@ -213,8 +209,7 @@ def accept(args: argparse.Namespace) -> int:
 def reject(args: argparse.Namespace) -> int:
     """Reject a finding: the part must not be used with it.
 
-    It is recorded like relmodel accept, with the opposite decision.
-    """
+    It is recorded like relmodel accept, with the opposite decision."""
     return _decide("rejected", args)
 
 

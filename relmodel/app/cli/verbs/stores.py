@@ -56,8 +56,7 @@ def check(args: argparse.Namespace) -> int:
 
     Prints the offending rows and the tables that cannot be read; the exit status is then 1.  With --report it confirms
     instead that the rows that a report carries the hash of are those of the store, and that the page is the one they
-    give.
-    """
+    give."""
     from relmodel.store.check import check
 
     with open_store(args, read_only=True) as store:
@@ -89,8 +88,7 @@ def check(args: argparse.Namespace) -> int:
 def schema(args: argparse.Namespace) -> int:
     """Print the dictionary of the store: a line for each relation and function; or one in full: columns, keys, meaning.
 
-    Without a store it describes the schema that this version makes on DuckDB.
-    """
+    Without a store it describes the schema that this version makes on DuckDB."""
     from relmodel.store import Store
     from relmodel.store.store import CatalogueEntry, Column, columns_of, dictionary, find_entry, schema_in_memory
 
@@ -123,8 +121,7 @@ def sql(args: argparse.Namespace) -> int:
     It takes one SELECT, WITH, VALUES, TABLE or EXPLAIN, prints rows as they come, and ends after --timeout.  The store
     is opened read-only.  On DuckDB a statement reaches no other file and changes no setting.  On PostgreSQL superusers
     and other roles that reach the server's files or programs are refused, but a statement may call every function that
-    the role may call.  docs/sql.md says what is promised, and how to make a role that only reads.
-    """
+    the role may call.  docs/sql.md says what is promised, and how to make a role that only reads."""
     from relmodel.app.cli.output import bounded_memory, end_process
     from relmodel.store.ask import ask, stopped
 
