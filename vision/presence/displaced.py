@@ -244,7 +244,9 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     what, off = np.array(every.what, "U9"), np.abs(every.value - every.nominal)
     least = np.where(what == "thickness", p.changed_wall_mm, p.changed_mm)
     sigmas = np.where(what == "diameter", p.changed_diameter_sigma, p.changed_sigma)
-    changed = every.changed & ((what == "offset") | (off > sigmas * every.sigma) & (off > least))
+    surely = (off > sigmas * every.sigma) & (off > least)
+    surely |= (what == "diameter") & (off > p.changed_sigma * every.sigma)
+    changed = every.changed & ((what == "offset") | surely)
     # A size that no part can have is dropped.
     most = np.full(len(items), np.inf)
     np.minimum.at(most, opposed.item, opposed.most)
