@@ -10,6 +10,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+import pytest
 import sqlalchemy as sa
 from scipy.ndimage import gaussian_filter
 
@@ -46,6 +47,7 @@ def distance(x: Floats, y: Floats) -> Floats:
 def test_courses_run_along_the_ellipse_with_its_bright_side_at_the_left() -> None:
     found = make_primitives(extract(render(distance, (120, 140), 0.7, 60, 160)))
     assert [KINDS[kind] for kind in found.arcs.kind] == ["elliptic"]
+    assert found.grey_range == pytest.approx(100, abs=1)
     points = found.courses.points
     assert len(points) > 150
     off = np.hypot(*(turned(*points.T) / [[40], [22]])) - 1
