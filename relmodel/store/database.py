@@ -58,6 +58,8 @@ _FAILURES = {"OperationalError", "InterfaceError", "InternalException", "FatalEx
 # Serialisation failure, deadlock, shutdown by whom or by what, starting up; and connections lost, which have no code.
 _TRANSIENT = {"40001", "40P01", "57P01", "57P02", "57P03", None}
 T = TypeVar("T")
+Spelled = tuple[tuple[str, ...], tuple[str, ...]]  # names and types of the columns of a table
+_spelled: dict[str, dict[str, Spelled]] = {dialect: {} for dialect in sql.DIALECTS}
 
 
 @cache  # for all stores of a process: making all hundred takes longer than opening one
@@ -145,18 +147,19 @@ class Database:
         return self.engine.dialect.name
 
     @cached_property
-    def _columns(self) -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
-        """Names and types of the columns of each table, in one query: SQLAlchemy reflects them in ten times as long."""
-        with self.read() as connection:
-            rows = self.rows(connection, f"store/columns.{self.dialect}")
+    def _columns(self) -> dict[str, Spelled]:
+        """Those of each table, in one query: SQLAlchemy reflects them in ten times as long."""
+        rows = self.rows_if_there(f"store/columns.{self.dialect}") or ()
         return {row.relation: (tuple(row.names), tuple(row.types)) for row in rows}
 
     def table(self, name: str) -> Table:
         """Table of the store, with the columns that are there: they are spelled in `schema/` only."""
-        if name not in self._columns:
+        if not (known := _spelled[self.dialect]):  # by the first store that a process opens: all others have the same
+            schema = "\n".join(sql.schema_scripts(self.dialect))
+            known |= {made: it for made, it in self._columns.items() if f"CREATE TABLE {made} (" in schema}
+        if (columns := known.get(name) or self._columns.get(name)) is None:
             raise ValueError(f"the store has no table {name!r}")
-        dialect: Any = type(self.engine.dialect)
-        return _table(dialect, name, *self._columns[name])
+        return _table(type(self.engine.dialect), name, *columns)
 
     @cached_property
     def _place(self) -> dict[str, int]:
