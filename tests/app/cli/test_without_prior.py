@@ -136,6 +136,7 @@ def write_rig(file: Path, frames: list[dict[str, Any]]) -> Floats:
 
 
 @pytest.mark.data
+@pytest.mark.usefixtures("reads_here")
 def test_a_box_is_found_by_its_edges_and_its_symmetry_is_said(
     data_dir: Path, duckdb_file: Path, tmp_path: Path, capsys: Capsys
 ) -> None:
