@@ -58,8 +58,7 @@ _FAILURES = {"OperationalError", "InterfaceError", "InternalException", "FatalEx
 # Serialisation failure, deadlock, shutdown by whom or by what, starting up; and connections lost, which have no code.
 _TRANSIENT = {"40001", "40P01", "57P01", "57P02", "57P03", None}
 T = TypeVar("T")
-Spelled = tuple[tuple[str, ...], tuple[str, ...]]  # names and types of the columns of a table
-_spelled: dict[str, dict[str, Spelled]] = {dialect: {} for dialect in sql.DIALECTS}
+_spelled: dict[str, dict[str, Any]] = {dialect: {} for dialect in sql.DIALECTS}  # the columns of each table of schema/
 
 
 @cache  # for all stores of a process: making all hundred takes longer than opening one
@@ -69,8 +68,7 @@ def _table(dialect: Any, name: str, columns: tuple[str, ...], types: tuple[str, 
 
 
 def _type(dialect: Any, spelled: str) -> TypeEngine[Any]:
-    """The type that a database spells so, as `DECIMAL(9,2)` or `double precision[]`; one that is not known, of tables
-    that somebody else keeps in the database, is left open."""
+    """The type that a database spells so, as `DECIMAL(9,2)`; left open where it is one of somebody else's tables."""
     name, _, size = spelled.lower().removesuffix("[]").rstrip(")").partition("(")
     kind = (_TYPES | dialect.ischema_names).get(name, sa.types.NullType)
     one = kind(*map(int, size.split(","))) if size else kind()
@@ -80,9 +78,8 @@ def _type(dialect: Any, spelled: str) -> TypeEngine[Any]:
 class Database:
     """What a store is made in.  All reading and writing goes through connections that `read` and `write` return.
 
-    access: how it is reached, and shared with others.  dead_runs: runs whose processes are
-    gone, for the views of a DuckDB file that is open for reading.  watch: called with a run's kind when it begins, and
-    with that and a step's name when the step ends.
+    access: how it is reached, and shared with others.  dead_runs: whose processes are gone, for views of a file that is
+    read alone.  watch: called with a run's kind when it begins, and with that and a step's name when the step ends.
     """
 
     def __init__(self, engine: Engine, name: str, *, read_only: bool = False) -> None:
@@ -147,8 +144,8 @@ class Database:
         return self.engine.dialect.name
 
     @cached_property
-    def _columns(self) -> dict[str, Spelled]:
-        """Those of each table, in one query: SQLAlchemy reflects them in ten times as long."""
+    def _columns(self) -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
+        """Names and types of the columns of each table, in one query: SQLAlchemy reflects them in ten times as long."""
         rows = self.rows_if_there(f"store/columns.{self.dialect}") or ()
         return {row.relation: (tuple(row.names), tuple(row.types)) for row in rows}
 
