@@ -52,8 +52,7 @@ def round_columns(table: str, columns: Columns) -> dict[str, ColumnValues]:
 # Types as DuckDB spells them that the reflection of its dialect does not know.
 _TYPES: dict[str, type[TypeEngine[Any]]] = {"blob": sa.LargeBinary, "decimal": sa.Numeric}
 _NEXT_IDS = sa.text("SELECT nextval(:sequence) AS id FROM generate_series(1, :count) ORDER BY id")
-WAITS_S = (0.1, 0.5, 1.0, 2.0, 4.0)
-"""s before each further try of what a server refused or lost: a restart takes it a few seconds"""
+WAITS_S = (0.1, 0.5, 1.0, 2.0, 4.0)  # before each further try of what a server refused or lost, as in a restart
 _FAILURES = {"OperationalError", "InterfaceError", "InternalException", "FatalException"}  # the last two are DuckDB's
 # Serialisation failure, deadlock, shutdown by whom or by what, starting up; and connections lost, which have no code.
 _TRANSIENT = {"40001", "40P01", "57P01", "57P02", "57P03", None}
@@ -156,7 +155,8 @@ class Database:
             known |= {made: it for made, it in self._columns.items() if f"CREATE TABLE {made} (" in schema}
         if (columns := known.get(name) or self._columns.get(name)) is None:
             raise ValueError(f"the store has no table {name!r}")
-        return _table(type(self.engine.dialect), name, *columns)
+        dialect: Any = type(self.engine.dialect)
+        return _table(dialect, name, *columns)
 
     @cached_property
     def _place(self) -> dict[str, int]:
