@@ -34,7 +34,7 @@ def main(folder: Path, seed: int = 1) -> None:
     design = draw("bracket", seed)
     change, made = next(changes(design, "resized", np.random.default_rng(seed)))
     body = components_of(made)[0].part
-    view = draw_table_view(seed, (960, 720), body.vertices, 2, (0.5, 0.6))
+    view = draw_table_view(seed, (800, 600), body.vertices, 2, (0.6, 0.7))
     write_step(make(design), folder / "part.step")
     write_world(folder / "world.yaml", "cell", {"object": "bracket", "name": "bracket"}, np.eye(4), "On the table.")
     write_rig(folder / "rig.yaml", view, EXACT)

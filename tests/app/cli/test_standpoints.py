@@ -135,6 +135,7 @@ def test_a_call_names_standpoints_or_pictures(words: list[str], capsys: Capsys) 
     assert "--standpoints names all pictures" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("reads_here")
 def test_two_arms_are_one_inspection_that_corrects_both_bases(
     blocks_template: Path, copy_store: CopyStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:

@@ -137,7 +137,7 @@ def write_rig(file: Path, frames: list[dict[str, Any]]) -> Floats:
 
 @pytest.mark.data
 def test_a_box_is_found_by_its_edges_and_its_symmetry_is_said(
-    data_dir: Path, duckdb_file: Path, tmp_path: Path, capsys: Capsys
+    data_dir: Path, duckdb_file: Path, tmp_path: Path, capsys: Capsys, reads_here: None
 ) -> None:
     folder, store = data_dir / "render_box", str(duckdb_file)
     frames = json.loads((folder / "frames.json").read_text())["frames"]
@@ -151,10 +151,7 @@ def test_a_box_is_found_by_its_edges_and_its_symmetry_is_said(
         with Image.open(folder / frames[at]["image"]) as picture:
             picture.convert("L").reduce(2).save(tmp_path / f"{name}.png")
         pictures.append(f"{name}={tmp_path / name}.png")
-    answer = inspected(
-        store, "--rig", str(tmp_path / "rig.yaml"), *pictures,
-        "--needs", "5mm,2deg",
-    )  # fmt: skip
+    answer = inspected(store, "--rig", str(tmp_path / "rig.yaml"), *pictures, "--needs", "5mm,2deg")
     assert answer["verdict"] == "accepted", answer["reason"]
     assert "symmetric" in answer["reason"]
     # Each of the four poses that look alike is in the answer once.
