@@ -4,8 +4,7 @@ The demonstration's first pair at half size is inspected; each alteration is dra
 of one row of a table that the run wrote (numbers by 1e-3 of their size, integers by 1, texts longer, one in ten the
 whole row deleted), tables drawn with equal shares.  Wanted: all are noticed.
 
-    python -m benchmarks.alterations [--count 500] [--seed 0]
-"""
+    python -m benchmarks.alterations [--count 500] [--seed 0]"""
 
 from __future__ import annotations
 

@@ -4,8 +4,7 @@ A trial is a pair or one picture of the demonstration, of the test data (RELMODE
 `python -m examples.render.trials FOLDER` wrote (--renders), with its prior, and a rig file that is right or wrong in
 one way drawn by the seed: pictures scaled (.95 to 1.05), cut and enlarged to full size, a principal point 25 px off,
 cameras turned .2 degrees; the file states a sigma of .1 % or nothing.  Before that, pairs whose rigs lie so far that
-they show no pose, which only points of both pictures tell.  Limits are in `judge`; it fails beyond them.
-"""
+they show no pose, which only points of both pictures tell.  Limits are in `judge`; it fails beyond them."""
 
 from __future__ import annotations
 

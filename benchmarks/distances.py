@@ -8,8 +8,7 @@ model in both radii, three angles and the distance of the centres.  `permuted`: 
 the distance of another; `dropped`: none is asked for a distance.  `crowd`: so many foreign circles are added to the
 scene, anywhere among its own, of the sizes of its own.  `right`: accepted within .1 mm and .02 degrees of the truth, at
 a point 700 mm before the rig (of one picture 1 mm and .1 degrees); `found`: the truth is among the poses of the join,
-within 10 mm and 2 degrees, and its median rank there; `s`: median seconds of the processor that the join takes.
-"""
+within 10 mm and 2 degrees, and its median rank there; `s`: median seconds of the processor that the join takes."""
 
 from __future__ import annotations
 

@@ -17,8 +17,7 @@ Arcs: what share of the visible length of model lines and circles an arc of the 
 seen aslant may be circular or elliptic), what share has an edge element of like direction within 2 px at all, and how
 many arcs an edge takes.  Regions: intersection over union of each
 visible face with the region that fits it best, weighted by area; the ceilings are what leak-proof regions give on true
-edges of contrast > 10, and on all true edges, seen or not.
-"""
+edges of contrast > 10, and on all true edges, seen or not."""
 
 import json
 import os

@@ -1,8 +1,7 @@
 """Runs modules of a copy of the checkout, each in a fork of a process that has imported what they need of others.
 
 Reads a line of JSON each from stdin: `[module, its arguments, the file that takes what it prints]`; answers the process
-that runs it, then its exit status.  Importing the libraries takes longer than most of what is run.
-"""
+that runs it, then its exit status.  Importing the libraries takes longer than most of what is run."""
 
 from __future__ import annotations
 

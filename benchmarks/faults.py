@@ -5,8 +5,7 @@ function or order of arguments, a term or a statement less, in SQL also another 
 drawn in equal numbers over the folders, from the lines that a small set of calls runs.  Of those planted a fault counts
 where the calls still run and one of them answers otherwise.  Then the tests beside the code are run, those first that
 are named like its module, the quickest next, up to 20 seconds of them.  Prints how many faults were caught by folder
-and those that were not; fails where fewer are caught than asked for.
-"""
+and those that were not; fails where fewer are caught than asked for."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """How big the house is, held against its limits: `make house` prints the table and fails where one is passed.
 
 Lines are counted as `wc -l` does, of what git tracks.  The files of an inspection are those that docs/architecture.md
-names in the order in which a reader passes them.
-"""
+names in the order in which a reader passes them."""
 
 from __future__ import annotations
 
@@ -30,7 +29,7 @@ LIMITS = {
     "functions of many parameters, on an inspection's path": 0,
     "functions of many parameters, elsewhere": 40,
     "modules in circles": 0,
-    "lines of tests, benchmarks and examples": 46_320,
+    "lines of tests, benchmarks and examples": 46_270,
 }
 
 

@@ -11,8 +11,7 @@ first pair N times more, for what a long series costs in time and memory; `--ses
 Where RELMODEL_TEST_DATA names the test data, every fourth photograph of `photo_cube` (reference poses fitted to the
 cube's edges, not exact) and every fourth picture of `render_box` are inspected too (not with `--pairs`), each from a
 prior drawn some 10 mm and 3 degrees off.  The error is that of the best hypothesis, refused or not, at the target
-point, or on the axis as far off as the model, seen from the camera.
-"""
+point, or on the axis as far off as the model, seen from the camera."""
 
 from __future__ import annotations
 

@@ -7,8 +7,7 @@
 Pairs are the demonstration's, each against its own variant with its prior and without, the first also swapped and
 against the other variant, and of the folder that RELMODEL_TEST_DATA names all pairs of the bulkheads with their small
 prior and without, and of C with their `half_pitch` prior.  Rigs are stated to be exact.  Verdicts, states and what is
-told of variants must be equal, poses to 1e-9 or as given.
-"""
+told of variants must be equal, poses to 1e-9 or as given."""
 
 from __future__ import annotations
 

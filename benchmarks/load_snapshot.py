@@ -8,8 +8,7 @@ Files are those of examples/ and of the folder that RELMODEL_TEST_DATA names.  M
 each with one of the same words, whole numbers and references (to rows paired before), and of numbers equal to 1e-9.
 Identities do not count, nor does what tells of the run or of the schema.  The corners of a hull are rows in any order;
 samples of arcs that are not kept, as they are on a line or equal, are filled in.  Not of the model are parts that the
-store calls supplemental (annotations, construction geometry), with all that only they have.
-"""
+store calls supplemental (annotations, construction geometry), with all that only they have."""
 
 from __future__ import annotations
 

@@ -8,8 +8,7 @@ without relations.  A time is one run, building the peer's model included; kerne
 precision are those of the labels against the truth that the problem was made from.
 
 `--data`: problems stored as Parquet (see `read_problem`), benchmarks/data by default, where there are any.
-`--modes`: selections and nodes of whole functions and of forward checking.
-"""
+`--modes`: selections and nodes of whole functions and of forward checking."""
 
 from __future__ import annotations
 

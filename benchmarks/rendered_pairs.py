@@ -137,8 +137,7 @@ def measure_ends(pair: RenderedPair, left: StereoArcs, space: SpaceArcs, wanted:
     """Mahalanobis distance squared (arcs, 2) of both ends across the true edge, of the left arcs `wanted`.
 
     Of the sharp edges that run within 2 px of 40 % of an arc, the one that speaks best for it, at the place that is
-    seen where the end is; NaN where there is none.  Across: two degrees of freedom, whatever lies along the edge.
-    """
+    seen where the end is; NaN where there is none.  Across: two degrees of freedom, whatever lies along the edge."""
     edges = pair.edges["left"]
     tree, out = cKDTree(edges.uv), np.full((len(space.first), 2), np.nan)
     focal = pair.rig.cameras["left"].matrix[0, 0]

@@ -4,8 +4,7 @@
 
 The quick preset asks the same questions of fewer and smaller cases, and takes less than 20 minutes on two cores; --full
 has no limit.  A benchmark that needs data that RELMODEL_TEST_DATA does not name, or that fails, says so in its place.
-The page is written anew after each, so that what was measured is not lost.
-"""
+The page is written anew after each, so that what was measured is not lost."""
 
 from __future__ import annotations
 

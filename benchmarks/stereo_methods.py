@@ -14,8 +14,7 @@ samples within 1 px of the true disparity, `precision` the same of those that SG
 
 Photographs (folder stereo_scenes): rows at which a matched arc shows a disparity, and their share within 1 px of the
 true one, the nearest that is found within 1, or 2, px beside the edge: it is the surface in front that has the edge.
-`possible`: rows of the left arcs at which any right arc is within 1 px of the true disparity.
-"""
+`possible`: rows of the left arcs at which any right arc is within 1 px of the true disparity."""
 
 from __future__ import annotations
 

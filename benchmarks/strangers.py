@@ -7,8 +7,7 @@ Draws models of six families and trials of them from the seed, renders those tha
 by family, of all and of those families that may not be used for fitting, and what fails by name; the exit status is 1
 where a limit is passed.  Changes are judged where the pose is accepted.  --quick takes less than 40 minutes on two idle
 cores, half of it to render; without it there are three times as many models.  --draw writes pictures of what fails into
-the folder.  RELMODEL_TEST_DATA names the pictures of a printed cube.
-"""
+the folder.  RELMODEL_TEST_DATA names the pictures of a printed cube."""
 
 from __future__ import annotations
 

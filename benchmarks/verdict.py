@@ -9,8 +9,7 @@ Its prior is that of the set, `--prior none`, or `--prior wide`: drawn with 150 
 A trial's best hypothesis is there when the target point lies within 10 mm and the rotation within 4 degrees of the
 truth; the posterior is fitted on that.  It is right when its covariance holds the truth at four sigma: a pose surer
 than it should be is wrong.  It is accepted at some needs when nothing but its precision stands against it.
-RELMODEL_TEST_DATA names the test data; without it there is the demonstration.
-"""
+RELMODEL_TEST_DATA names the test data; without it there is the demonstration."""
 
 from __future__ import annotations
 

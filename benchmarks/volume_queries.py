@@ -12,8 +12,7 @@ each other as assemblies are, uniform, or rods.  Peers: geoindex-rs, a flatbush 
 over x and y, then z; SQLite's R*Tree; libspatialindex (package rtree); VTK's static cell locator; a scan by NumPy; and
 PostgreSQL's cube under GiST on a private server of the system's packages.  What is not installed is left out, with a
 word.  Times are the least of several taken in turns, so that what else the machine does falls on all alike.  Answers
-are compared.  `--report` writes the tables into a folder.
-"""
+are compared.  `--report` writes the tables into a folder."""
 
 from __future__ import annotations
 

@@ -10,8 +10,7 @@ and the small objects that `examples/render/trials.py` wrote below FOLDER, which
 `score`, `next`: what the best poses of the joins of two objects explain, of a pair the share of what stereo put in
 space, of one picture the log odds of its ellipses; `rank`: place of the truth among the poses of the join of what is
 answered, within 10 mm and 2 degrees; the error is that of the pose, at a point 700 mm before the rig.  --hide leaves
-.48 of each picture, or lays light over .4 to .5 of it.
-"""
+.48 of each picture, or lays light over .4 to .5 of it."""
 
 from __future__ import annotations
 

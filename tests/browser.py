@@ -71,8 +71,7 @@ class Browser:
 
     def covered(self) -> float:
         """The share of the canvas of the model in 3-D that is drawn on.  (Colours differ from one drawing to the next:
-        software hides lines in surfaces that they lie in now here, now there.)
-        """
+        software hides lines in surfaces that they lie in now here, now there.)"""
         return float(self.run(COVERED))
 
     def press(self, key: str) -> None:

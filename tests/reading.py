@@ -1,7 +1,6 @@
 """Reading and loading in the process of the tests: a child takes a second to begin, and equal files are read once.
 
-What a STEP file gives is kept in a folder that all workers of one run share.
-"""
+What a STEP file gives is kept in a folder that all workers of one run share."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """Rigs and pictures that people had wrong: what `EXPECTED.txt` of a case says is right comes out.
 
-What a test of a reader or of pictures holds by itself has no check here.
-"""
+What a test of a reader or of pictures holds by itself has no check here."""
 
 from __future__ import annotations
 

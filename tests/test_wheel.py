@@ -31,8 +31,7 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The programs of an environment into which the wheel was unpacked, as an installer does.
 
     What the wheel depends on is borrowed from the environment of the tests by a .pth file, which does not follow the
-    .pth files there: where the checkout is installed for editing, it stays out of reach.
-    """
+    .pth files there: where the checkout is installed for editing, it stays out of reach."""
     folder = tmp_path_factory.mktemp("empty")
     venv.create(folder)
     packages = Path(sysconfig.get_path("purelib", vars={"base": str(folder), "platbase": str(folder)}))

@@ -2,8 +2,7 @@
 
 `one` gives the numbers of the boxes that meet a box, `any` whether there is one, `many` how many pairs some boxes
 make, all pairs fetched, `view` the boxes that meet a view.  A peer that keeps bounds in 32 bits, rounded outward, looks
-at the exact ones of what it found.
-"""
+at the exact ones of what it found."""
 
 from __future__ import annotations
 

@@ -3,8 +3,7 @@
     python -m examples.bulkhead.build [--out FOLDER] [--tables examples/bulkhead/golden] [VARIANT ...]
 
 A and B, which the demonstration needs, go to `examples/demo`, the others to `examples/bulkhead/variants`.
-Two builds with the same kernel give the same bytes.  Run from the root of the checkout; needs the extra `step`.
-"""
+Two builds with the same kernel give the same bytes.  Run from the root of the checkout; needs the extra `step`."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 
 Part frame, mm: x along the 120 in span (-1524 .. 1524), y up (0 .. 1016 at the top of the crown), z through the
 plate (0 back face, `DEPTH` front face).  The plan is a set of named walls (ribs and outline); a pocket is the cell
-between the walls that it names, counter-clockwise, so a rib that grows narrows its neighbours by itself.
-"""
+between the walls that it names, counter-clockwise, so a rib that grows narrows its neighbours by itself."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """Plan curves of the bulkhead: the crown, and the closed profiles of pockets with their corner arcs.
 
 A profile is a counter-clockwise list of pieces, each tangent to the next: straight lines, arcs (start, a point between,
-end) and stretches of a graph y = f(x), f a cubic B-spline.
-"""
+end) and stretches of a graph y = f(x), f a cubic B-spline."""
 
 from __future__ import annotations
 
@@ -89,8 +88,7 @@ def cell_profile(
 ) -> Profile:
     """The profile of the cell between the named walls (counter-clockwise; "CROWN" among them), corners of `radius`.
 
-    Walls stand off their centre lines by half their thickness (edges by all of it), plus `inset`, less `grow`.
-    """
+    Walls stand off their centre lines by half their thickness (edges by all of it), plus `inset`, less `grow`."""
     rim = inner_crown(design.crown_flange + inset)
     curves = [None if n == "CROWN" else design.walls[n] for n in names]
     count = len(names)

@@ -1,8 +1,7 @@
 """Machined and cast parts of six families, drawn from seeds, each as modelled or with one change that fits it.
 
 A part is a list of pieces, boxes and what is inscribed in boxes, that are added or cut out one after the other.  So a
-change is a piece less or a box with another side, and says by itself where it lies and how much it is.
-"""
+change is a piece less or a box with another side, and says by itself where it lies and how much it is."""
 
 from __future__ import annotations
 
@@ -44,8 +43,7 @@ class Piece:
     shape: "block", "x", "y" or "z" (a cylinder along that axis), "wedge" (a gusset on the high or low x side of
     what it leans on).  round: the axis of the edges that are rounded, and the radius; of a cylinder the chamfer at
     its upper end.  on: the piece with which it goes.  may: the changes that fit it, "missing", "resized", or a
-    face whose offset makes a wall or flange thicker ("x0" is the one at low x).
-    """
+    face whose offset makes a wall or flange thicker ("x0" is the one at low x)."""
 
     name: str
     low: Triple

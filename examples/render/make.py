@@ -2,8 +2,7 @@
 
     python -m examples.render.make [--out examples/demo] [--data-only] [NN ...]
 
-Run from the root of the checkout, with the extra `render` and DRJIT_LIBLLVM_PATH=/path/to/libLLVM.so.19.1.
-"""
+Run from the root of the checkout, with the extra `render` and DRJIT_LIBLLVM_PATH=/path/to/libLLVM.so.19.1."""
 
 from __future__ import annotations
 

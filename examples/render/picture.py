@@ -35,8 +35,7 @@ def render(
 ) -> dict[str, Image]:
     """Linear pictures of all cameras (lens distortion applied), noise-free but for what the denoiser leaves.
 
-    `scene` holds meshes and lamps by name; `samples` are rays a pixel, `aperture` the lens's radius in mm.
-    """
+    `scene` holds meshes and lamps by name; `samples` are rays a pixel, `aperture` the lens's radius in mm."""
     loaded = mi.load_dict({"type": "scene", "integrator": {"type": "path", "max_depth": 5}, **scene})
     out = {}
     for k, (side, camera) in enumerate(view.cameras.items()):
@@ -148,8 +147,7 @@ def expose(
 ) -> tuple[Any, float]:
     """8-bit picture and the radiance taken as white: PSF of `blur` px, clipping, shot and read noise, exponent `gamma`.
 
-    `full` electrons are white, `read` of them the readout's noise; `ev` doublings brighter than the percentile says.
-    """
+    `full` electrons are white, `read` of them the readout's noise; `ev` doublings brighter than the percentile says."""
     rng = np.random.default_rng(seed)
     blurred = cv2.GaussianBlur(linear, (0, 0), blur, borderType=cv2.BORDER_REFLECT_101)
     lit = blurred[blurred > 0.02 * np.median(blurred)]

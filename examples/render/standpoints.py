@@ -4,8 +4,7 @@
 
 Of each family's models, and of a region of the demonstration's bulkhead, FOLDER gets `NAME_model.step` (not of the
 bulkhead), `NAME_world.yaml`, eight pictures and their truth; a model whose truth lies there is left alone.  Needs the
-extra `render` and DRJIT_LIBLLVM_PATH, as `examples.render.trials` does.
-"""
+extra `render` and DRJIT_LIBLLVM_PATH, as `examples.render.trials` does."""
 
 from __future__ import annotations
 

@@ -4,8 +4,7 @@
 
 Of each model (`FAMILY_K_model.step`): three views of a good part, two of the changes that fit it, a part that is the
 model stretched along an axis and another part of the same outline.  A trial whose truth lies in FOLDER is left alone.
-Needs the extra `render` and DRJIT_LIBLLVM_PATH, as `examples.render.trials` does.
-"""
+Needs the extra `render` and DRJIT_LIBLLVM_PATH, as `examples.render.trials` does."""
 
 from __future__ import annotations
 

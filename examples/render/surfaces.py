@@ -20,8 +20,7 @@ class Finish:
     """How a machined surface is finished; the default is the demonstration's brushed aluminium.
 
     GGX roughness along and across the lay, varied by `blotch`; reflectance varied by streaks; a bump map of streaks and
-    blotches (mm); tool marks `pitch` mm apart.  A painted surface has the reflectance as its albedo.
-    """
+    blotches (mm); tool marks `pitch` mm apart.  A painted surface has the reflectance as its albedo."""
 
     along: float = 0.115
     across: float = 0.27
@@ -162,8 +161,7 @@ def bulkhead_meshes(mi: Any, components: list[Component], finish: Finish, rng: n
 def plane_faces(part: Part) -> dict[int, tuple[Index, Array, Array]]:
     """Of every plane face: its vertices, its normal (3,), and coordinates (n, 2) in its plane from its lower left, mm.
 
-    The first axis lies along the plate of an upright face; seen from outside, coordinates are not mirrored.
-    """
+    The first axis lies along the plate of an upright face; seen from outside, coordinates are not mirrored."""
     out = {}
     for number in np.unique(part.face):
         of_face = np.flatnonzero(part.face == number)

@@ -57,8 +57,7 @@ class Shot:
     """What is rendered: cameras by name ("left", "right" or "left" alone), where they stand, what they look at.
 
     Poses are object_from_camera (4, 4); the target point (3,) and the normal (3,) of what is looked at are in the
-    object's frame.
-    """
+    object's frame."""
 
     cameras: dict[str, Camera]
     poses: dict[str, Array]
@@ -78,8 +77,7 @@ class View:
     """One pair: the rig looks at `target` (x, y on the front or back face) from `stand_off` mm.
 
     Yaw and pitch tilt the line of sight off the face's normal, roll turns the rig about it; each camera turns inwards
-    by the toe-in (degrees).
-    """
+    by the toe-in (degrees)."""
 
     variant: str
     target: tuple[float, float]

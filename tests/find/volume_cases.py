@@ -2,8 +2,7 @@
 
 The parts are two cubes of 10 mm: `a` about the origin, and `b` about (100, 0, 0), turned by 45 degrees about z, so that
 its world box reaches 7.07 mm from its middle in x and y and its corners lie on the axes.  A box asked meets the world
-boxes; every other volume is compared with the placed cubes themselves.
-"""
+boxes; every other volume is compared with the placed cubes themselves."""
 
 from __future__ import annotations
 

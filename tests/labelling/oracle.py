@@ -125,8 +125,7 @@ def _solved(problem: MatchingProblem, integral: int) -> float:
 def without_nulls(problem: MatchingProblem) -> MatchingProblem:
     """The same problem where no label is so dear that any labelling of all units is cheaper than one with a null.
 
-    Where the optimum of it costs `prohibitive_cost` or more, no labelling of all units exists.
-    """
+    Where the optimum of it costs `prohibitive_cost` or more, no labelling of all units exists."""
     return replace(problem, null_cost=np.full(problem.units, prohibitive_cost(problem), np.int64))
 
 

@@ -72,8 +72,7 @@ def test_triangles_of_a_composed_part_meet_and_keep_to_its_surfaces(make: Callab
 def facing(mesh: Mesh) -> npt.NDArray[np.float64]:
     """Cosine between triangles (m,) and the surface's normals at their corners, the best of the three.
 
-    Of triangles at least half of the chord's error high: what is less does not show.
-    """
+    Of triangles at least half of the chord's error high: what is less does not show."""
     corner = mesh.vertices[mesh.triangles]
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     twice, longest = np.linalg.norm(across, axis=1), np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(1)

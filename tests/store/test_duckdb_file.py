@@ -68,8 +68,7 @@ def test_every_key_is_found_after_a_writer_was_killed(duckdb_file: Path) -> None
 def write_header(file: Path, version: int) -> None:
     """Give a DuckDB file another version of the storage, and its first block the check sum that goes with it.
 
-    The sum is the exclusive or of what each word of eight bytes becomes when it is multiplied by a constant.
-    """
+    The sum is the exclusive or of what each word of eight bytes becomes when it is multiplied by a constant."""
     with file.open("r+b") as stream:
         total, old = struct.unpack("<QQ", stream.read(16))
         new = (old & 0xFFFFFFFF) | version << 32  # the mark DUCK, then the version

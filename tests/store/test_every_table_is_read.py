@@ -1,7 +1,6 @@
 """No table without a reader that a user meets: a question of the documentation, or a query of a verb or a page.
 
-What `relmodel check` and `relmodel prune` ask does not count: a table that only these read could go.
-"""
+What `relmodel check` and `relmodel prune` ask does not count: a table that only these read could go."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """Variants of the demonstration: what each adds to a store, and how each differs from others.
 
-What is true comes from elsewhere: parts, holes and pockets from the design that the files were made from.
-"""
+What is true comes from elsewhere: parts, holes and pockets from the design that the files were made from."""
 
 from __future__ import annotations
 

@@ -250,8 +250,7 @@ class Inspection:
     """A folder with the store in which pictures were inspected and what was drawn, the answer as JSON, and how the
     command ended.
 
-    Tests that write to the store do so to a copy (`copy_store`).
-    """
+    Tests that write to the store do so to a copy (`copy_store`)."""
 
     folder: Path
     store: str

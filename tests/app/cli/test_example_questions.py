@@ -1,7 +1,6 @@
 """The questions of `queries/examples` on both engines, against the generator's lists, the renderer's truth and NumPy.
 
-The store holds both variants of the demonstration bulkhead, their comparison, and an inspection of the first pair.
-"""
+The store holds both variants of the demonstration bulkhead, their comparison, and an inspection of the first pair."""
 
 from __future__ import annotations
 

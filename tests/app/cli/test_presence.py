@@ -1,7 +1,6 @@
 """What an inspection says is there: variant B in the pictures, variant A in the model, at half size and cut.
 
-Variant B lacks the holes LH11 and the bolt F13, has LH12 of 88 mm for 104, clip 2 turned, and the lug 7 more.
-"""
+Variant B lacks the holes LH11 and the bolt F13, has LH12 of 88 mm for 104, clip 2 turned, and the lug 7 more."""
 
 from __future__ import annotations
 

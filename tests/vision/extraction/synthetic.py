@@ -85,8 +85,7 @@ def sectors(
     one turn) on to the next, none wider than pi unless there are two; blurred by a Gaussian, averaged over the pixels.
 
     In closed form: what a Gaussian sees of a sector is a bivariate normal probability (Owen, 1956); its mean over a
-    pixel by Gauss-Legendre quadrature, exact to 1e-5 of the step for this blur.
-    """
+    pixel by Gauss-Legendre quadrature, exact to 1e-5 of the step for this blur."""
     turns, greys = np.asarray(turns, dtype=np.float64), np.asarray(greys, dtype=np.float64)
     nodes, weights = np.polynomial.legendre.leggauss(3)
     y, x = np.mgrid[: shape[0], : shape[1]].astype(np.float64)

@@ -1,6 +1,5 @@
 """Measurements sample by sample, the cameras' unknowns against projections, and arcs that are shifted as a whole
-against the closed form of their mean.
-"""
+against the closed form of their mean."""
 
 from __future__ import annotations
 
