@@ -165,6 +165,7 @@ def test_features_of_parts_of_known_operations(make: Callable[[], Work]) -> None
     for one, two in zip(found, again, strict=True):
         assert (one.kind, one.name, one.surfaces) == (two.kind, two.name, two.surfaces)
         if one.kind == "body":
+            assert list(measures(one).values()) == pytest.approx(one.box[3:] - one.box[:3])
             continue
         assert measures(one) == pytest.approx(measures(two), abs=1e-5)
         turn, other = one.shape_from_feature, two.shape_from_feature
