@@ -89,6 +89,20 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(duckdb_file: Path
         assert changed == {"object_variant"}
 
 
+def test_the_hull_is_that_of_the_triangles_but_of_what_fills_its_box(duckdb_file: Path, tmp_path: Path) -> None:
+    ball, write = trimesh.creation.icosphere(subdivisions=2, radius=10), tmp_path / "ball.stl"
+    ball.export(write)
+    with Store.open(duckdb_file) as store:
+        load(store, write, name="ball", unit="mm")
+        load(store, write_box(tmp_path / "box.stl", 10), name="box", unit="mm")
+        with store.read() as connection:
+            shapes = store.select(connection, "shape", "hull_x", "hull_y", "hull_z", order="id")
+        assert [shapes[name][1] for name in shapes] == [None, None, None]
+        corners = np.stack([np.asarray(shapes[name][0], float) for name in shapes], axis=1)
+        far = np.linalg.norm(corners[:, None] - ball.vertices, axis=2)
+        assert far.min(axis=0).max() < 1e-3, "each vertex of a ball is a corner of its hull"
+
+
 def test_a_failure_leaves_only_the_run(fresh_store: str, tmp_path: Path) -> None:
     path = write_box(tmp_path / "box.stl", 10)
     with Store.open(fresh_store) as store:
