@@ -29,7 +29,7 @@ LIMITS = {
     "functions of many parameters, on an inspection's path": 0,
     "functions of many parameters, elsewhere": 40,
     "modules in circles": 0,
-    "lines of tests, benchmarks and examples": 46_270,
+    "lines of tests, benchmarks and examples": 46_300,
 }
 
 
