@@ -163,7 +163,7 @@ CAUSES: list[tuple[dict[str, float], float, str]] = [
     ({"sigma_mm": 4.0}, 900.0, "precision"),
     ({"likely": 0.3}, 900.0, "object"),
     ({"likely": 0.3}, 3.0, "little"),
-    ({"absent": 1.1}, 900.0, "object"),
+    ({"absent": 2.1}, 900.0, "object"),
     ({"absent": 0.9, "absent_anywhere": 2.9}, 900.0, "alike"),
     ({"absent_anywhere": 3.1}, 900.0, "object"),
     ({"rival_face_mm": 4.0}, 900.0, "object"),
