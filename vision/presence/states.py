@@ -185,8 +185,8 @@ class Presence:
 
     def find_explained_surfaces(self) -> Bools:
         """Which of the scene's surfaces (s,) have moved, have something else in their place, are of a hole, boss or
-        duct that is not found, or are not found of a rib, slot or step that is not as modelled: what is missing of
-        their edges is told by that."""
+        duct that is not found, or are not found of a pocket, rib, slot or step that is not as modelled: what is missing
+        of their edges is told by that."""
         items, level = self.items, np.array(self.items.level)
         fails, face = np.isin(self.state, (CONTRADICTED, CHANGED)), level == "surface"
 

@@ -208,7 +208,7 @@ def test_an_interrupted_inspection_keeps_what_its_pictures_show(
     assert main(["inspect", *words, "--store", store]) == 130
     assert capsys.readouterr().err.endswith(f"relmodel inspect: {INTERRUPTED}\n")
     now = content(store)
-    changed = {name for name in now if now[name] != was.get(name)}
+    changed = {name for name in was | now if now.get(name) != was.get(name)}
     assert {"extraction", "image_arc"} <= changed
     of_pictures = ("image", "extraction", "edge_", "unit", "unit_", "camera", "rig", "row_digest", "ellipse", "region_")
     assert not [name for name in changed if not name.startswith(of_pictures)]
