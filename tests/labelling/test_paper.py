@@ -47,6 +47,12 @@ def test_one_disagreement_is_added_for_every_function_that_holds_it() -> None:
     assert added[third] == 2
 
 
+def test_a_disagreement_weighs_what_relates_the_unit_that_a_function_is_of() -> None:
+    label, weight = np.array([[3, 5], [4, 5], [3, 6]]), np.array([[0, 7], [7, 0]])
+    table = paper.FunctionTable(np.array([0, 1, 1]), label, np.zeros(3, np.int64), weight)
+    assert table.disagreement(0).tolist() == [0, 7, 0]  # with itself, on a neighbour, on its own unit
+
+
 def test_labellings_that_no_whole_functions_spell_out_are_not_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Even where nothing is pruned: the cheapest labelling is no sequence of whole functions."""
     least = enumerated_cost(chain(), total=True)
