@@ -167,12 +167,28 @@ def minimal(
     blocks_seen: Inspection, blocks_pair: Pair, make_once: MakeOnce, tmp_path_factory: pytest.TempPathFactory
 ) -> Inspection:
     """A copy of that store, in which the blocks were inspected once more by cameras of other names, which come in
-    another order, with decisions alone kept."""
-    rig, pair = tmp_path_factory.mktemp("named") / "named.yaml", blocks_pair
-    cameras = {"prior": pair.rig["cameras"]["left"], "below": pair.rig["cameras"]["right"]}
-    rig.write_text(yaml.safe_dump({"cameras": cameras}, sort_keys=False))
-    given = [f"below={pair.right}", "--rig", str(rig), "--prior", str(pair.prior_file), f"prior={pair.left}"]
-    return inspect_once(make_once, "minimal", copied(blocks_seen.store), *given, "--audit", "minimal")
+    another order, beside one that sees nothing, with decisions alone kept."""
+    folder, pair = tmp_path_factory.mktemp("named"), blocks_pair
+    capped = np.random.default_rng(1).normal(8, 1, (240, 320)).clip(0, 255)
+    Image.fromarray(capped.astype(np.uint8)).save(folder / "capped.png")
+    cameras = {"capped": pair.rig["cameras"]["right"], "prior": pair.rig["cameras"]["left"]}
+    cameras["below"] = pair.rig["cameras"]["right"]
+    (folder / "named.yaml").write_text(yaml.safe_dump({"cameras": cameras}, sort_keys=False))
+    pictures = [f"below={pair.right}", f"capped={folder / 'capped.png'}", f"prior={pair.left}"]
+    given = [pictures[0], "--rig", str(folder / "named.yaml"), "--prior", str(pair.prior_file), *pictures[1:]]
+    kept = ["--audit", "minimal", "--ignore-blind-camera"]
+    return inspect_once(make_once, "minimal", copied(blocks_seen.store), *given, *kept)
+
+
+@pytest.fixture(scope="session")
+def dark(blocks_template: Path, blocks_pair: Pair, make_once: MakeOnce) -> Inspection:
+    """A picture of a lens cap."""
+
+    def begin(folder: Path) -> str:
+        Image.new("L", (320, 240), 7).save(folder / "dark.png")
+        return copied(blocks_template)(folder)
+
+    return inspect_once(make_once, "dark", begin, *blocks_pair.options(left="FOLDER/dark.png", right=None))
 
 
 @pytest.fixture(scope="session")

@@ -23,7 +23,7 @@ from relmodel.geometry.rays import Rays
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Pair, asked, copied, inspected
-from tests.given import Capsys, MakeOnce
+from tests.given import Capsys, CopyStore, MakeOnce
 from tests.json_schema import violations
 from tests.reading import load
 
@@ -44,8 +44,8 @@ class Held:
 @pytest.fixture(scope="session")
 def held(duckdb_template: Path, blocks_pair: Pair, make_once: MakeOnce) -> Held:
     """A plate in two variants, A without the pad that B has, and a flange; a picture of B held against all three, and
-    one of blocks against the flange.  The first by a calibration of OpenCV: the only camera of a rig needs no name, and
-    one whose file does not say the size of pictures has that of the one given."""
+    one of blocks against the flange, by a rig that seems to lie.  The first by a calibration of OpenCV: the only camera
+    of a rig needs no name, and one whose file does not say the size of pictures has that of the one given."""
     design = replace(draw("plate", 2), bolts=())
     body = components_of(design)[0].part
     view = draw_table_view(2, (400, 300), body.vertices, 1, (0.6, 0.7))
@@ -74,10 +74,11 @@ def held(duckdb_template: Path, blocks_pair: Pair, make_once: MakeOnce) -> Held:
             file.write(name, value)
         file.release()
         of_b = [str(folder / "B.png"), "--rig", str(folder / "one.yml")]
-        answers = {
-            "B": inspected(store, *of_b, "--against", "flange,plate"),
-            "foreign": inspected(store, *blocks_pair.options(prior=None, right=None), "--against", "flange"),
-        }
+        answers = {"B": inspected(store, *of_b, "--against", "flange,plate")}
+        with pytest.MonkeyPatch.context() as patch:  # tests/test_cases.py asks it of pictures
+            patch.setattr("vision.inspection.inspection.doubt_calibration", lambda *_: "its poses are inverted")
+            foreign = blocks_pair.options(prior=None, right=None)
+            answers["foreign"] = inspected(store, *foreign, "--against", "flange")
         (folder / "answers.json").write_text(json.dumps(answers))
 
     folder = make_once("against", inspect)
@@ -135,12 +136,26 @@ def test_what_tells_the_variants_apart_is_named(held: Held) -> None:
     assert f"unlike A: {other['distinguished_by'][0]}" in words
 
 
-def test_none_of_what_is_asked_for(held: Held) -> None:
+def test_none_of_what_is_asked_for(held: Held, copy_store: CopyStore, tmp_path: Path, capsys: Capsys) -> None:
+    """Nor a pose, which pages and files do without."""
     answer = held.answers["foreign"]
-    assert answer["verdict"] == "refused"
+    assert (answer["verdict"], answer["outcome"]["cause"]) == ("refused", "calibration")
+    assert answer["reason"].startswith("its poses are inverted")
     assert states_of(answer) == {("flange", ""): "refused"}
     assert answer["outcome"]["shown"] == "the pictures show none of these surely: flange"
-    assert answer["presence"] is None
+    assert (answer["world_from_rig"], answer["presence"]) == (None, None)
+    assert answer["sigma"] == {"translation_mm": None, "rotation_deg": None}
+    run, where = str(answer["run"]), ["--store", held.store]
+    for words in (["runs"], ["compare", run, run], ["report", run, "--out", str(tmp_path / "run.html")]):
+        assert main([*words, *where]) == 0, capsys.readouterr().err
+    assert main(["export", "--run", run, "-o", str(tmp_path / "answer.json"), *where]) == 0
+    exported = json.loads((tmp_path / "answer.json").read_text())
+    assert (exported["prior"], exported["world_from_rig"]) == (None, None)
+    with Store.open(target := copy_store(held.store)) as store, store.write() as connection:
+        connection.exec_driver_sql(
+            "DELETE FROM inspection_sentence WHERE kind = 'rig'"
+        )  # as if nothing doubted the rig
+    assert asked(target, "SELECT cause FROM why_verdict_cause WHERE run_id = :run", run=answer["run"]) == [("nothing",)]
 
 
 def test_rows_say_what_was_considered(held: Held, capsys: Capsys) -> None:

@@ -4,23 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 import sqlalchemy as sa
 
 from benchmarks.alterations import measure
 from relmodel.app.cli.main import main
 from relmodel.store import Store
-from relmodel.world import place_world
 from tests.app.cli.conftest import Inspection, asked
-from tests.app.cli.slider import URDF
 from tests.given import Capsys, CopyStore
-from tests.json_schema import violations
-from tests.reading import load
-from tests.synthetic_model import write_world as world_file
-from vision.cameras.cameras import perturb
 
 
 def test_alterations_are_noticed(blocks_seen: Inspection, tmp_path: Path) -> None:
@@ -68,30 +60,6 @@ def altered(target: str, *statements: str) -> str:
     return target
 
 
-def replayed(store: str, run: int, capsys: Capsys) -> tuple[int, dict[str, Any], str]:
-    """Exit status, the rows printed by relation, which are as the schema says, and what was said."""
-    capsys.readouterr()
-    status = main(["replay", str(run), "--store", store, "--format", "json"])
-    said = capsys.readouterr()
-    words = "".join(line for line in said.err.splitlines(True) if not line.startswith("working, "))
-    rows = json.loads(said.out)
-    assert violations(rows, json.loads((DOCS / "json/replay.schema.json").read_text())) == []
-    return status, {row["relation"]: row for row in rows}, words
-
-
-def test_all_comes_out_again(blocks_on_postgresql: Inspection, capsys: Capsys) -> None:
-    """On PostgreSQL; what DuckDB gives again, the test below and those of `tests/vision/inspection` compare."""
-    store, run = blocks_on_postgresql.store, blocks_on_postgresql.answer["run"]
-    status, rows, words = replayed(store, run, capsys)
-    assert (status, words, [row for row in rows.values() if row["differing"]]) == (0, "", [])
-    assert all(row["rows"] == row["again"] > 0 and (row["difference"] or 0.0) < 1e-9 for row in rows.values())
-    with Store.open(store, read_only=True) as opened, opened.read() as connection:
-        ledger = connection.scalars(sa.text("SELECT DISTINCT relation FROM ledger WHERE run_id = :run"), {"run": run})
-        written = {name for name in ledger if "run_id" in opened.table(name).c}
-    assert (written - {"run_event", "row_digest"}) | {"edge_element", "unit_relation"} <= set(rows)
-    assert main(["check", "--store", store]) == 0
-
-
 def test_without_pictures_nothing_is_made_again(blocks_seen: Inspection, copy_store: CopyStore, capsys: Capsys) -> None:
     """Which is said, as it is of runs that inspected nothing; labellings are proved from their rows all the same."""
     store, run = altered(copy_store(blocks_seen.store), "DELETE FROM image_blob"), str(blocks_seen.answer["run"])
@@ -102,31 +70,6 @@ def test_without_pictures_nothing_is_made_again(blocks_seen: Inspection, copy_st
     altered(store, "DELETE FROM row_digest", "UPDATE problem SET cost = cost - 1 WHERE problem_no = 1")
     assert main(["check", "--store", store]) == 1
     assert "matching_cost" in capsys.readouterr().out
-
-
-def test_a_run_that_kept_decisions_alone_is_made_again(
-    minimal: Inspection, copy_store: CopyStore, tmp_path: Path, capsys: Capsys
-) -> None:
-    """What was altered is told; what has changed since is named and not failed: another version of a package, other
-    code, another revision of the world, and a variant that was loaded later."""
-    store = altered(
-        copy_store(minimal.store),
-        "UPDATE run SET versions = json_merge_patch(versions, '{\"numpy\": \"1.0\"}'), code_sha256 = 'other'",
-        f"UPDATE inspection SET reason = 'as I said' WHERE run_id = {minimal.answer['run']}",  # noqa: S608
-    )
-    aside = {"object": "blocks", "world_from_object": perturb(np.eye(4), np.array([100.0, 0, 0, 0, 0, 0])).tolist()}
-    (tmp_path / "slider.urdf").write_text(URDF)
-    with Store.open(store) as opened:
-        place_world(opened, world_file(tmp_path / "world.yaml", "table", [aside]))
-        load(opened, tmp_path / "slider.urdf", name="blocks", variant="B")
-    status, rows, words = replayed(store, minimal.answer["run"], capsys)
-    told = {name: (row["column"], row["differing"]) for name, row in rows.items() if row["differing"]}
-    assert (status, told) == (1, {"inspection": ("reason", 1)})
-    assert "edge_measurement" not in rows
-    assert rows["hypothesis"]["rows"] > 0
-    assert f"numpy was 1.0 and is {np.__version__}" in words
-    assert "the code of relmodel is another than the run's" in words
-    assert "has changed since" in words
 
 
 def counts(target: str) -> dict[str, int]:

@@ -22,7 +22,7 @@ from relmodel.names import visible
 from relmodel.readers.formats import stem_of
 from relmodel.store import Store, engine
 from relmodel.world.world_file import read_world_file
-from tests.app.cli.conftest import Pair, copied, inspected
+from tests.app.cli.conftest import Inspection, Pair
 from tests.given import Capsys, CopyStore
 from tests.holding import held
 from vision.cameras.files import read_prior, read_rig
@@ -207,11 +207,9 @@ def test_picture_of_another_size(refuse: Refuse, blocks_pair: Pair, tmp_path: Pa
     assert "is 160x120 but its camera 320x240" in refuse("inspect", *given)
 
 
-def test_empty_picture_is_refused_by_verdict(blocks_template: Path, blocks_pair: Pair, tmp_path: Path) -> None:
+def test_empty_picture_is_refused_by_verdict(dark: Inspection, blocks_pair: Pair) -> None:
     """A lens cap is no damaged file: the run is there, and leaves the prior as it was."""
-    dark, prior = tmp_path / "dark.png", blocks_pair.prior
-    Image.new("L", (320, 240), 7).save(dark)
-    answer = inspected(copied(blocks_template)(tmp_path), *blocks_pair.options(left=dark, right=None))
+    answer, prior = dark.answer, blocks_pair.prior
     assert (answer["verdict"], answer["outcome"]["cause"]) == ("refused", "picture")
     assert answer["missing"]
     assert answer["posterior"] < 0.01

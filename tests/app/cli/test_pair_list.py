@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 import yaml
 
 import relmodel
 from relmodel.app.cli.main import main
 from relmodel.app.cli.options import base_covariance, read_pairs, worst
 from relmodel.errors import InputError
-from relmodel.store import Store
-from relmodel.store.runs import read_rows
 from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.slider import TRAVEL, write_world
 from tests.given import Capsys, CopyStore
+from vision.inspection.inspection import carry_out
 from vision.scene import read_scene
 
 
@@ -90,62 +89,38 @@ def test_a_failed_pair_leaves_the_others(left_alone: Inspection) -> None:
     assert f"{Path(missing).with_name('pairs.csv')}, line 2: there is no image {missing}" in left_alone.told
 
 
-# As a moment: of the run, not of what was found.
-WHEN = {"process", "code_commit"}
-RELATIONS = sa.text("SELECT relation FROM row_digest WHERE run_id = :run ORDER BY relation")
-
-
-def rows_of(target: str, run: int) -> dict[str, list[str]]:
-    """Rows that an inspection rests on, by relation, as texts sorted; without what says when the run was made."""
-    with Store.open(target, read_only=True) as store, store.read() as connection:
-        out = {}
-        for relation in connection.scalars(RELATIONS, {"run": run}).all():
-            kinds = {c.name: c.type for c in store.table(relation).columns}
-            names = [n for n, kind in kinds.items() if not isinstance(kind, sa.TIMESTAMP) and n not in WHEN]
-            rows = read_rows(store, connection, run, relation, names)
-            out[relation] = sorted(map(repr, zip(*(values.tolist() for values in rows.values()), strict=True)))
-        return out
-
-
-def test_a_session_writes_the_rows_of_a_list_and_sees_a_new_revision_of_the_world(
-    inspection: Inspection,
-    left_alone: Inspection,
-    pair: Pair,
-    copy_store: CopyStore,
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
+def test_a_session_inspects_what_a_list_does_and_sees_a_new_revision_of_the_world(
+    inspection: Inspection, pair: Pair, copy_store: CopyStore, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """To the last digit, and what fails leaves it as it was."""
+    """To the last digit, and what fails leaves it as it was: each is stopped where it would read the pictures."""
     base = base_covariance(2.0, 0.3), (2.0, np.radians(0.3))
     given: dict[str, Any] = {"pictures": {"left": pair.left}, "prior": pair.prior_file, "serial": "SN-0042"}
     given["carrier"] = relmodel.Carrier(None, {"travel": TRAVEL + 6}, {"travel": 4.0}, *base)
-    target, scenes = copy_store(inspection.store), list[int]()
-
-    def reading(*of: Any) -> Any:
-        scenes.append(of[2])
-        return read_scene(*of)
-
-    monkeypatch.setattr("vision.scene.read_scene", reading)
+    file = listed(tmp_path, f"left,prior,serial\n{pair.left},{pair.prior_file},SN-0042\n")
+    carried_out, scenes = Mock(wraps=carry_out), Mock(wraps=read_scene)
+    monkeypatch.setattr("vision.inspection.inspection.carry_out", carried_out)
+    monkeypatch.setattr("vision.inspection.inspection.extract_pictures", Mock(side_effect=InputError("far enough")))
+    monkeypatch.setattr("vision.scene.read_scene", scenes)
+    target = copy_store(inspection.store)
+    words = f"--rig {pair.rig_file} --needs 5mm,1deg --set travel={TRAVEL + 6} --joint-sigma travel=4"
+    sure = "--base-sigma-mm 2 --base-sigma-deg 0.3"
+    assert main(["inspect", "--list", str(file), *words.split(), *sure.split(), "--store", target]) == 3
     with relmodel.open(target, read_only=False) as store, store.session(rig=pair.rig_file, needs="5mm,1deg") as session:
         with pytest.raises(InputError, match="there is no image"):
             session.inspect(pictures={"left": tmp_path / "nothing.png"}, serial="one")
-        first = session.inspect(**given)
+        for _ in range(2):
+            with pytest.raises(InputError, match="far enough"):
+                session.inspect(**given)
         store.place(less_exact(pair, tmp_path))
-        monkeypatch.setattr("vision.inspection.inspection.extract_pictures", far_enough)
         with pytest.raises(InputError, match="far enough"):
             session.inspect(**given)
         revisions = [world for (world,) in store.query("SELECT id FROM world WHERE name = 'demo_cell' ORDER BY id")]
-    assert scenes[:2] == revisions
-    by_list, by_session = rows_of(left_alone.store, first.run), rows_of(target, first.run)
-    assert {"run", "edge_measurement", "hypothesis", "view_arc", "inspection", "presence"} <= by_list.keys()
-    assert [name for name, rows in by_list.items() if rows != by_session.get(name)] == []
-    assert by_session.keys() == by_list.keys()
-    own = first.to_json() | {"timings_s": left_alone.answer["timings_s"]}
-    assert json.loads(json.dumps(own)) == left_alone.answer
-
-
-def far_enough(*_: object, **__: object) -> None:
-    raise InputError("far enough")
+    assert [call.args[2] for call in scenes.call_args_list] == [revisions[0], *revisions]
+    by_list, *by_session, placed_anew = (list(map(asdict, call.args[2:])) for call in carried_out.call_args_list)
+    for it in by_session:
+        np.testing.assert_equal(it, by_list)
+    assert (by_list[0].pop("world_id"), placed_anew[0].pop("world_id")) == tuple(revisions)
+    np.testing.assert_equal(placed_anew, by_list)
 
 
 def less_exact(pair: Pair, folder: Path) -> Path:

@@ -12,7 +12,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from threading import Lock
 from typing import Any
 
 import duckdb
@@ -27,7 +26,7 @@ from tests.app.cli.conftest import Inspection, Pair, asked, copied
 from tests.given import Capsys
 from tests.holding import Holder, held
 from vision.extraction.extract import extract
-from vision.presence.states import assess
+from vision.inspection.pictures import doubt_pictures
 
 INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
 # Python ends by the signal itself where it broke off an import that makes code: a shell reports 130 for both.
@@ -222,37 +221,35 @@ RUNS = "SELECT count(*) FROM run"
 
 def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
     blocks_template: Path,
-    blocks_seen: Inspection,
+    dark: Inspection,
     blocks_pair: Pair,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: Capsys,
 ) -> None:
     """A reader sees what was there when it came; what a writer keeps from being recorded is kept, and recorded by the
-    next command that writes: all rows are those of an inspection that nobody hindered."""
-    held, one_at_a_time, run = list[Holder](), Lock(), blocks_seen.answer["run"]
+    next command that writes: all rows are those of an inspection that nobody hindered.  Of a picture that has few."""
+    held, run = list[Holder](), dark.answer["run"]
     store = tmp_path / "held" / "cell.duckdb"
     store.parent.mkdir()
     for suffix in ("", ".journal"):
         shutil.copy(f"{blocks_template}{suffix}", f"{store}{suffix}")
 
     def read_and_extract(*given: Any) -> Any:
-        with one_at_a_time:
-            if not held:
-                held.append(Holder(str(store), read_only=True))
+        held.append(Holder(str(store), read_only=True))
         return extract(*given)
 
-    def hold_and_assess(*given: Any) -> Any:
+    def hold_and_doubt(*given: Any) -> Any:
         assert held[0].ask(RUNS) == f"[({run},)]"
         held[0].let_go()
         held.append(Holder(str(store), read_only=False))
-        return assess(*given)
+        return doubt_pictures(*given)
 
     monkeypatch.setattr("vision.inspection.pictures.extract", read_and_extract)
-    monkeypatch.setattr("vision.inspection.inspection.assess", hold_and_assess)
+    monkeypatch.setattr("vision.inspection.inspection.doubt_pictures", hold_and_doubt)
     monkeypatch.setattr(engine, "READERS_S", 0.0)  # nobody waits for who reads it
     monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
-    status = main(["inspect", *blocks_pair.options(), "--match", "--store", str(store)])
+    status = main(["inspect", *blocks_pair.options(left=dark.folder / "dark.png", right=None), "--store", str(store)])
     _, writer = held
     writer.let_go()
     assert status == 3
@@ -260,5 +257,5 @@ def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
     assert f"in use by process {writer.pid}" in said
     assert f"is kept in {store}.kept-{run}" in said
     Store.open(store).close()
-    assert rows(store) == rows(blocks_seen.store)
+    assert rows(store) == rows(dark.store)
     assert {path.name for path in store.parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}

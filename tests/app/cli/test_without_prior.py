@@ -17,13 +17,10 @@ from PIL import Image
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
 from relmodel.store import Store
-from tests.app.cli.conftest import Pair, asked, copied, halve_cameras, inspected, off_truth
+from tests.app.cli.conftest import Pair, asked, halve_cameras, inspected, off_truth
 from tests.app.cli.slider import BASE
 from tests.given import Capsys
-from tests.json_schema import violations
 from tests.vision.localisation.scenes import above
-
-CHECKOUT = Path(__file__).parents[3]
 
 
 def test_the_joints_of_what_carries_the_rig_are_a_prior_and_the_scan_needs_no_circles(
@@ -85,28 +82,6 @@ def test_a_prior_that_the_pictures_contradict_is_said_to(
     with Store.open(store) as opened, opened.write() as connection:  # as --believe-pictures records it
         connection.execute(sa.text("UPDATE verdict_statistic SET value = 1 WHERE name = 'prior_left_out'"))
     assert all(rules_of(store).values())
-
-
-def test_a_picture_whose_circles_lie_as_none_of_the_model_is_refused(
-    blocks_template: Path, blocks_pair: Pair, tmp_path: Path, capsys: Capsys
-) -> None:
-    """That has none."""
-    store = copied(blocks_template)(tmp_path)
-    answer = inspected(store, *blocks_pair.options(prior=None, right=None))
-    assert answer["verdict"] == "refused"
-    assert "give a prior" in answer["reason"]
-    assert answer["world_from_rig"] is None
-    assert answer["sigma"] == {"translation_mm": None, "rotation_deg": None}
-    assert answer["outcome"]["cause"] == "nothing"
-    schema = json.loads((CHECKOUT / "docs/json/inspect.schema.json").read_text())
-    assert violations(answer, schema) == []
-    where = ["--store", store]
-    for words in (["why", "last", "--verdict"], ["runs"], ["compare", "last", "last"]):
-        assert main([*words, *where]) == 0, capsys.readouterr().err
-    assert main(["report", "last", "--out", str(tmp_path / "run.html"), *where]) == 0
-    assert main(["export", "--run", "last", "-o", str(tmp_path / "answer.json"), *where]) == 0
-    exported = json.loads((tmp_path / "answer.json").read_text())
-    assert (exported["prior"], exported["world_from_rig"]) == (None, None)
 
 
 MIDDLE = np.array([82.5, 34.0, -40.0])  # of the box, mm

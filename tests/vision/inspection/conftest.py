@@ -17,6 +17,7 @@ from vision.inspection import Inspection as Answer
 
 __all__ = ["bulkhead_template", "compiled", "inspection", "loaded", "pair"]  # fixtures
 blocks_pair, blocks_seen, blocks_template = cli.blocks_pair, cli.blocks_seen, cli.blocks_template
+blocks_on_postgresql, minimal = cli.blocks_on_postgresql, cli.minimal
 
 DEMO = Path(__file__).parents[3] / "examples/demo"
 Done = tuple[OpenStore, Answer]
