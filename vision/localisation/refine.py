@@ -13,8 +13,10 @@ from vision.localisation.hypotheses import Evidence, Fields, Prediction, climb_w
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import (
     ARC_SHIFT_PX,
+    PLACE,
     EdgeIndex,
     Measurements,
+    correct_rig,
     describe_unknowns,
     hold_shifts,
     measure,
@@ -293,12 +295,18 @@ class Fit:
         )
         return [self.refine_roughly(pose) for pose in without]
 
-    def predict(self, world_from_rig: Floats) -> Prediction:
-        """What the cameras see from a pose; solutions begin where others began or ended."""
-        key = world_from_rig.tobytes()
+    def predict(self, world_from_rig: Floats, solved: Floats) -> tuple[Prediction, Floats]:
+        """What the cameras see from a pose, and what of their unknowns (c, 11) that takes into account: where they
+        stand at several standpoints, which may be too far from where they are stated to be for what is seen to be the
+        same.  Solutions begin where others began or ended."""
+        laid, rig = np.zeros_like(self.unknowns.mean), self.rig
+        if rig.moved is not None:
+            laid[:, PLACE] = self.unknowns.of_cameras(solved)[:, PLACE]
+            rig = correct_rig(rig, laid)
+        key = world_from_rig.tobytes() + laid.tobytes()
         if key not in self._predicted:
-            self._predicted[key] = predict(self.scene, self.rig, world_from_rig, SAMPLES)
-        return self._predicted[key]
+            self._predicted[key] = predict(self.scene, rig, world_from_rig, SAMPLES)
+        return self._predicted[key], laid
 
     def solve(
         self,
@@ -311,9 +319,9 @@ class Fit:
         the scene, where one is named."""
         pose, solved = self.begin(world_from_rig)
         for reach, scale in rounds or ROUNDS:
-            prediction = self.predict(pose)
+            prediction, laid = self.predict(pose, solved)
             votes = ~excluded[self.scene.occurrence_of_arc[prediction.arc]] & (prediction.arc != arc)
-            delta, own = np.zeros(6), self.unknowns.of_cameras(solved)
+            delta, own = np.zeros(6), self.unknowns.of_cameras(solved) - laid
             if (reach, scale) != ROUNDS[0]:
                 m = measure(prediction, self.cameras, delta, self.unknowns, own, (reach, scale), votes)
                 delta = _find_consensus(m, prediction, self.prior, pose, self.seed)
@@ -323,7 +331,7 @@ class Fit:
                 hessian, gradient = self._normal_equations(hold_shifts(m, prediction), here, solved)
                 step = np.asarray(np.linalg.solve(hessian, gradient), float)
                 delta, solved = perturbation(pose, perturb(here, step[:6])), solved + step[6:]
-                own = self.unknowns.of_cameras(solved)
+                own = self.unknowns.of_cameras(solved) - laid
                 if step @ hessian @ step < MIN_STEP_SIGMA**2:
                     break
             pose = perturb(pose, delta)
@@ -355,10 +363,10 @@ class Fit:
         """What the pictures say of a pose as it stands, with what is solved of the cameras (u,)."""
         solved = np.ravel(solved)
         own = self.unknowns.of_cameras(solved)
-        prediction = self.predict(pose)
+        prediction, laid = self.predict(pose, solved)
         occurrence = self.scene.occurrence_of_arc[prediction.arc]
         votes = ~excluded[occurrence]
-        m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own, ROUNDS[-1], votes)
+        m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own - laid, ROUNDS[-1], votes)
         held = hold_shifts(m, prediction)
         hessian, _ = self._normal_equations(held, pose, solved)
         inverse, shared = np.asarray(np.linalg.inv(hessian), float), self.unknowns.shared
@@ -370,7 +378,7 @@ class Fit:
             prediction,
             m,
             excluded,
-            measure_support(prediction, m, own, self.fields, self.cameras, np.where(votes, -1, occurrence)),
+            measure_support(prediction, m, own - laid, self.fields, self.cameras, np.where(votes, -1, occurrence)),
             self.prior.distance(pose),
             solved=solved,
             left=inverse,

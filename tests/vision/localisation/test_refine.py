@@ -162,7 +162,7 @@ def test_the_covariance_is_that_of_independent_stretches_arcs_and_priors(toleran
 
 def test_forty_px_along_an_arc_are_a_stretch() -> None:
     fit, truth = problem()
-    p = fit.predict(truth)
+    p, _ = fit.predict(truth, fit.unknowns.expected)
     along: dict[int, float] = {}
     names: dict[tuple[int, int], int] = {}
     found = group_by_stretch(p)
@@ -272,7 +272,7 @@ def test_what_was_measured_is_told_in_the_world() -> None:
 def test_the_consensus_is_the_step_that_most_of_the_length_agrees_on() -> None:
     """Of arcs of which a third are shifted, against drawing and solving one by one."""
     fit, truth = problem()
-    p, pose = fit.predict(truth), perturb(truth, np.array([0.5, -0.3, 0.8, 0.001, 0, 0.001]))
+    p, pose = fit.predict(truth, fit.unknowns.expected)[0], perturb(truth, np.array([0.5, -0.3, 0.8, 0.001, 0, 0.001]))
     votes, unknowns = np.arange(len(p.arc)) % 9 > 0, fit.unknowns
     m = measure(p, fit.cameras, np.zeros(6), unknowns, unknowns.mean, (6.0, 2.0), votes)
     m = replace(m, offset=m.offset + 3.0 * (p.arc % 3 == 0))
