@@ -413,19 +413,14 @@ def draw_model(canvas: Bytes, edges: Sequence[Edge], boxes: Sequence[Floats] = (
 
 
 def draw_over(
-    store: Store,
-    connection: Connection,
-    run: int,
-    greys: Mapping[str, Bytes | Floats],
-    edges: Mapping[str, list[Edge]] | None = None,
+    store: Store, connection: Connection, run: int, greys: Mapping[str, Bytes | Floats], edges: Mapping[str, list[Edge]]
 ) -> dict[str, Bytes]:
     """The pictures of an inspection, given by camera in 0..255, with the model drawn over them and what it does not
-    account for (rows, columns, 3: RGB); arcs beyond the model are left out.  edges: of `read_edges`, where known."""
+    account for (rows, columns, 3: RGB); arcs beyond the model are left out.  edges: of `read_edges`."""
     boxes: dict[str, list[Floats]] = defaultdict(list)
     for r in store.rows(connection, "result/unexplained", run_id=run):
         if not r.beyond or r.region_no is not None:
             boxes[r.camera].append(np.array([[r.u0, r.v0], [r.u1, r.v0], [r.u1, r.v1], [r.u0, r.v1]], float))
-    edges = read_edges(store, connection, run) if edges is None else edges
     return {name: draw_model(in_colour(grey), edges.get(name, []), boxes[name]) for name, grey in greys.items()}
 
 
@@ -434,7 +429,7 @@ def write_overlay(path: str | Path, store: Store, run: int, greys: Mapping[str, 
 
     Raises InputError where it cannot be written."""
     with store.read() as connection:
-        drawn = draw_over(store, connection, run, greys)
+        drawn = draw_over(store, connection, run, greys, read_edges(store, connection, run))
     save_side_by_side(path, list(drawn.values()))
 
 
