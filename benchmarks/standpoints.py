@@ -41,7 +41,7 @@ from vision.inspection.answer import Inspection
 SIGMA = np.repeat([1.0, np.radians(0.1)], 3)  # of a standpoint: mm, rad
 CUBE = np.repeat([0.3, np.radians(0.03)], 3)  # the same of the photographs, whose poses were fitted to them
 PRIOR = np.repeat([8.0, np.radians(1.5)], 3)  # of the object
-LENS = CalibrationSigma(0.0005, 0.3)
+LENS = CalibrationSigma(0.0002, 0.2)  # of a good calibration: .3 px of 1,500, and .2 px
 NEEDS, CUBE_NEEDS = (1.0, 0.2), (3.0, 0.5)  # mm, degrees
 MOVED = 6.0  # sigma
 CHI_SQUARE = 12.59  # that 95 % of six normal numbers' squares add up to at most

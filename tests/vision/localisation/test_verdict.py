@@ -265,7 +265,7 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
 @pytest.mark.parametrize(
     ("cameras", "of", "sigmas", "verdict"),
     [(2, "", 3.4, "accepted"), (2, "", 3.6, "refused"), (0, "", 2.2, "accepted"), (0, "", 2.4, "refused"),
-     (4, "standpoint", 2.9, "accepted"), (4, "standpoint", 3.1, "refused")],
+     (4, "standpoint", 2.5, "accepted"), (4, "standpoint", 2.7, "refused")],
 )  # fmt: skip
 def test_a_calibration_that_does_not_hold_refuses_the_pose_sooner_of_one_picture_or_a_standpoint(
     cameras: int, of: str, sigmas: float, verdict: str
