@@ -270,8 +270,12 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     stopped = np.zeros(len(items), bool)
     stopped[appearance.item[appearance.stopped]] = True
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
-    # No part passes with a feature that fails or is in doubt.
-    feature, fails = np.array([level == "feature" for level in items.level], bool), (CHANGED, CONTRADICTED)
+    # No hole passes with a wall whose edges should show and do not, no part with a feature that fails or is in doubt.
+    feature, face = (np.array([level == it for level in items.level], bool) for it in ("feature", "surface"))
+    unseen, fails = face & (state == NOT_CONFIRMED) & (reason == MISSING), (CHANGED, CONTRADICTED)
+    wall = items.inset[items.surface] & np.isin(items.surface, items.surface[unseen[items.member]])
+    of_wall = np.bincount(items.member, wall, len(items)) > 0
+    settle(feature & of_wall & (state == CONFIRMED), NOT_CONFIRMED, ABSENT)
     of_feature = [items.occurrence[feature & np.isin(state, some)] for some in ((NOT_CONFIRMED,), fails)]
     in_doubt, failing = (part & np.isin(items.occurrence, some) for some in of_feature)
     settle(in_doubt & (state == CONFIRMED), NOT_CONFIRMED, OF_DOUBT)

@@ -228,6 +228,20 @@ def test_a_missing_rib_explains_its_edges_but_those_of_faces_that_are_found(kind
 
 
 @pytest.mark.parametrize(
+    ("odds", "inset", "state"), [(-3.0, 2, "not_confirmed"), (-2.9, 2, "confirmed"), (-3.0, 1, "confirmed")]
+)
+def test_no_hole_passes_with_a_wall_whose_edges_do_not_show(odds: float, inset: int, state: str) -> None:
+    """As that of a spot face, of a hole whose other edges are found; faces that are not set in may be hidden."""
+    of = items()
+    member, surface = np.array([0, 0, 0, 1, 2, 2, 3, 4, 4]), np.array([0, 1, 2, 0, 1, 2, 2, 3, 4])
+    hole = replace(of, member=member, surface=surface, inset=np.arange(SURFACES) == inset)
+    edges = signs(((2, 2), 60, 60, 0.1, odds, 4), ((1, 1), 60, 60, 0.9, 12, 12))
+    told = said(decide(hole, np.full(SURFACES, np.nan), edges, ["0"], P.states))
+    assert told["hole"][0] == told["part"][0] == state
+    assert told["face"][0] == ("not_confirmed" if odds == -3.0 else "undecidable")
+
+
+@pytest.mark.parametrize(
     ("mm", "sigma", "log_odds", "state", "why"),
     [
         (0.5, 0.14, 2.0, "changed", "its size differs from the model's"),  # 3.6 sigma
