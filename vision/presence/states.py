@@ -247,16 +247,14 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     def settle(where: Bools, new_state: int, new_reason: int) -> None:
         state[where], reason[where] = new_state, new_reason
 
-    unlikely = total <= -p.least_log_odds
-    settle(unlikely & (expected >= p.least_expected), NOT_CONFIRMED, MISSING)
+    settle((total <= -p.least_log_odds) & (expected >= p.least_expected), NOT_CONFIRMED, MISSING)
     against = np.where(np.isin(items.kind, WITHIN), p.contradicted_within, p.contradicted_log_odds)
     # Light hides an edge from several pictures at once: of a thing that is not seen n pictures are worth root n.
     pictures = np.maximum((evidence.distinct_px > 0).sum(axis=1), 1)
-    gone = total / np.sqrt(pictures) <= -against - p.contradicted_by_share * share
-    gone &= expected >= p.least_expected
+    gone = (total / np.sqrt(pictures) <= -against - p.contradicted_by_share * share) & (expected >= p.least_expected)
     settle(gone, CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
-    part = np.array([level == "part" for level in items.level], bool)
+    part, feature, face = (np.array(items.level) == it for it in ("part", "feature", "surface"))
     holds = part & (distinct >= p.most_share * distinct[part].sum())
     settle((state == CONFIRMED) & (signs.absent >= np.where(holds, 0.0, p.least_log_odds)), NOT_CONFIRMED, ABSENT)
     settle((state == CONFIRMED) & doubtful, NOT_CONFIRMED, DOUBTFUL)
@@ -267,11 +265,9 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     settle(few & (edge >= p.least_px), UNDECIDABLE, CROWDED)
     settle(edge <= 0, UNDECIDABLE, NO_EDGE)
     settle(missing & (edge > 0), CONTRADICTED, UNCOVERED)
-    stopped = np.zeros(len(items), bool)
-    stopped[appearance.item[appearance.stopped]] = True
+    stopped = np.isin(np.arange(len(items)), appearance.item[appearance.stopped])
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
     # No hole passes with a wall whose edges should show and do not, no part with a feature that fails or is in doubt.
-    feature, face = (np.array([level == it for level in items.level], bool) for it in ("feature", "surface"))
     unseen, fails = face & (state == NOT_CONFIRMED) & (reason == MISSING), (CHANGED, CONTRADICTED)
     wall = items.inset[items.surface] & np.isin(items.surface, items.surface[unseen[items.member]])
     of_wall = np.bincount(items.member, wall, len(items)) > 0
