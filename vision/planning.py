@@ -383,14 +383,14 @@ def plan_views(store: Store, rig: Rig, wanted: PlanOptions, progress: Progress =
     above = wanted.get("above")
     stated = None if above is None else _read_floor(above)
     with store.read() as connection:
-        rows, world_id = _left(store, connection, wanted)
+        rows, world_id = read_left(store, connection, wanted)
         if not rows:
             return Plan([], 0, 0, 0, [])
         stored = read_scene(store, connection, world_id)
         rig_id = find_rig(store, connection, rig)
         mounted = None if rig_id is None else mount_of_rig(store, connection, world_id, rig_id, wanted.get("on"))
     store.release()
-    items = _items(stored, rows)
+    items = list_wanted(stored, rows)
     floor = find_table(stored.scene) if above is None else stated
     grid, joints, beyond = _poses(stored, items, rig, mounted, wanted.get("distance"), floor)
     px = np.zeros((len(joints), len(items)))
@@ -460,7 +460,7 @@ def choose_views(checks: Bools, px: Floats, enough: float, most: int | None = No
     return chosen
 
 
-def _left(store: Store, connection: Connection, wanted: PlanOptions) -> tuple[Sequence[Any], int]:
+def read_left(store: Store, connection: Connection, wanted: PlanOptions) -> tuple[Sequence[Any], int]:
     """Rows of what is left to be checked, and the world."""
     if (serial := wanted.get("serial")) is not None:
         outcome = store.rows(connection, "report/serial_outcome", serial=serial)
@@ -479,7 +479,7 @@ def _left(store: Store, connection: Connection, wanted: PlanOptions) -> tuple[Se
     return rows, world_id
 
 
-def _items(stored: StoredScene, rows: Sequence[Any]) -> Items:
+def list_wanted(stored: StoredScene, rows: Sequence[Any]) -> Items:
     """Parts and features as an inspection lists them, those that have a surface."""
     known = set(zip(stored.features["shape_id"].tolist(), stored.features["feature_no"].tolist(), strict=True))
     shape = dict(zip(stored.occurrence_id.tolist(), stored.shape_id.tolist(), strict=True))

@@ -342,7 +342,7 @@ class Boundary:
 
 def boundary(shape: Shape) -> Boundary:
     """The boundary of a shape, without blends and chamfers."""
-    face = _merged(shape)
+    face = merge_surfaces(shape)
     merged: list[list[int]] = [[] for _ in range(int(face.max(initial=-1)) + 1)]
     for i, k in enumerate(face.tolist()):
         merged[k].append(i)
@@ -371,7 +371,7 @@ def boundary(shape: Shape) -> Boundary:
     return Boundary(describe(shape, face, merged), _links(shape, face, len(merged)), sides, merged, vertices)
 
 
-def _merged(shape: Shape) -> Ints:
+def merge_surfaces(shape: Shape) -> Ints:
     """Number of the merged surface that each belongs to: kernels cut a cylinder in two, operations a plane.  Merged
     ones are numbered in the order of their first faces."""
     s = shape.surfaces

@@ -11,7 +11,7 @@ import pytest
 
 from relmodel.arrays import Floats
 from relmodel.features.graph import SolidSurfaces, rectangle, sideways
-from relmodel.features.graph import _merged as merge
+from relmodel.features.graph import merge_surfaces as merge
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.model.model import Shape
 

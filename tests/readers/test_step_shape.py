@@ -22,7 +22,7 @@ from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Cylinder, gp_Dir, gp_Elips, gp_Pln
 from OCP.TopoDS import TopoDS
 
 from relmodel.model.model import Shape
-from relmodel.readers.step.document import _scaled
+from relmodel.readers.step.document import scale_shape
 from relmodel.readers.step.faces import face_map
 from relmodel.readers.step.shape import extract
 
@@ -35,7 +35,7 @@ def mesh_volume(shape: Shape) -> float:
 @pytest.mark.parametrize("factor", [1.0, -1.0, 2.0, -2.5])
 def test_a_mirrored_or_scaled_shape_stays_the_right_way_out(factor: float) -> None:
     wedge = BRepPrimAPI_MakeWedge(4.0, 3.0, 2.0, 1.0).Shape()  # 4 wide below, 1 above, 3 high, 2 deep
-    shape = extract(_scaled(wedge, factor))
+    shape = extract(scale_shape(wedge, factor))
     volume = (4 + 1) / 2 * 3 * 2 * abs(factor) ** 3
     assert shape.volume == pytest.approx(volume)
     assert mesh_volume(shape) == pytest.approx(volume)

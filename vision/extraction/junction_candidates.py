@@ -346,10 +346,10 @@ def find_ends_that_meet(
     stranger = (met >= 0) & (polylines.arc[met] != ends.arc[pairs[:, ::-1]])
     freely = ~stranger | (beyond > -2.0)
     # two ends on both sides of a polyline that runs through meet this, not each other
-    through = stranger & (beyond < 2.0) & _inner(arcs, polylines, p)[met]
+    through = stranger & (beyond < 2.0) & find_inner(arcs, polylines, p)[met]
     freely &= ~(through.all(axis=1) & (polylines.arc[met[:, 0]] == polylines.arc[met[:, 1]]))[:, None]
     fits = take_part(arcs, ends.arc[pairs.ravel()], member, along, across, p)
-    fits &= _supported(grey, arcs, ends.arc[pairs.ravel()], ends.at[pairs.ravel()], member, along, p)
+    fits &= are_shown(grey, arcs, ends.arc[pairs.ravel()], ends.at[pairs.ravel()], member, along, p)
     good = (fits.reshape(-1, 2) & freely).all(axis=1)
     farther = np.abs(along).reshape(-1, 2).max(axis=1)
     a, b = pairs[good].T
@@ -371,7 +371,7 @@ def find_ends_on_polylines(
     along, across = member.locate(*place[group].T)
     owner = np.concatenate([ends.arc[end], polylines.arc[met]])
     fits = take_part(arcs, owner, member, along, across, p) & (is_end | (np.abs(along) <= p.overrun))
-    fits[: len(end)] &= _supported(grey, arcs, ends.arc[end], ends.at[end], ends.curve.take(end), along[: len(end)], p)
+    fits[: len(end)] &= are_shown(grey, arcs, ends.arc[end], ends.at[end], ends.curve.take(end), along[: len(end)], p)
     good = fits[: len(end)] & fits[len(end) :]
     return end[good], met[good], np.abs(along[: len(end)])[good] + 1.0
 
@@ -384,7 +384,7 @@ def find_curves_at(arcs: Arcs, polylines: Polylines, at: Indices, p: JunctionPar
 def find_crossings(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> Indices:
     """(n, 2) places where polylines cross, well within both; of two arcs that cross twice, where they come nearer."""
     point, arc = polylines.point, polylines.arc
-    inner = _inner(arcs, polylines, p)
+    inner = find_inner(arcs, polylines, p)
     found = []
     for around in (0, 1, polylines.shape[1] - 1, polylines.shape[1], polylines.shape[1] + 1):
         other = polylines.holder.take(polylines.pixel + around)
@@ -403,7 +403,7 @@ def find_crossings(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> I
     return np.asarray(pair[order[new]])
 
 
-def _inner(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> Bools:
+def find_inner(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> Bools:
     """Which places are well within their polyline."""
     from_end = np.minimum(
         polylines.point - arcs.offsets[polylines.arc], arcs.offsets[polylines.arc + 1] - 1 - polylines.point
@@ -411,7 +411,7 @@ def _inner(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> Bools:
     return np.asarray((from_end > p.overrun) | arcs.closed[polylines.arc])
 
 
-def _supported(
+def are_shown(
     grey: Floats, arcs: Arcs, arc: Indices, at: Indices, curve: OsculatingCircles, along: Floats, p: JunctionParameters
 ) -> Bools:
     """Whether the picture shows, from the ends to `along` px further on, a step of the ends' sign."""

@@ -138,7 +138,7 @@ def _merge_meetings(
         x=place[:, 0],
         y=place[:, 1],
         covariance=covariance,
-        kind=_kinds(meetings, away, p),
+        kind=classify_junctions(meetings, away, p),
         junction=meetings.group.astype(np.int32),
         arc=meetings.arc.astype(np.int32),
         at=meetings.at.astype(np.int8),
@@ -147,7 +147,7 @@ def _merge_meetings(
     )
 
 
-def _kinds(meetings: Meetings, away: Floats, p: JunctionParameters) -> npt.NDArray[np.int8]:
+def classify_junctions(meetings: Meetings, away: Floats, p: JunctionParameters) -> npt.NDArray[np.int8]:
     """Kind of each junction, by its number of ways and whether two of them run on into each other."""
     through, count = meetings.at == INTERIOR, meetings.count
     group = np.concatenate([meetings.group, meetings.group[through]])

@@ -59,20 +59,20 @@ def draw_edge_mask(
     certain = ~(arcs.significance[straight] < p.min_line_significance)
     which, at = np.repeat(straight[certain], 2), np.tile([START, END], np.count_nonzero(certain))
     ends = lines[certain].reshape(-1, 2)
-    free = ~junctions.contains(which, at) & _lonely(arcs, ends, which, shape, p)
+    free = ~junctions.contains(which, at) & find_lonely(arcs, ends, which, shape, p)
     away = np.where(at == END, 1.0, -1.0)[free, None] * arcs.direction[which[free]]
     reach = np.minimum(arcs.length[which[free]], p.line_reach)
     running_on = np.concatenate(
         [
-            _meetings(np.zeros(shape, np.bool_), place, outward, np.full(len(place), p.border_reach)),
-            _meetings(canvas > 0, ends[free], away, reach),
+            find_meetings(np.zeros(shape, np.bool_), place, outward, np.full(len(place), p.border_reach)),
+            find_meetings(canvas > 0, ends[free], away, reach),
         ]
     )
     cv2.polylines(canvas, list(np.round(running_on).astype(np.int32)), False, 1, 1)
     return canvas > 0
 
 
-def _lonely(
+def find_lonely(
     arcs: Arcs, ends: Floats, arc: npt.NDArray[np.integer], shape: tuple[int, int], p: RegionParameters
 ) -> Bools:
     """Which of the ends (n, 2) of the arcs `arc` (n,) have no other arc within `p.meeting` px."""
@@ -86,7 +86,7 @@ def _lonely(
     return np.asarray(~((found > 0) & (found != arc[:, None] + 1)).any(axis=1))
 
 
-def _meetings(mask: Bools, place: Floats, outward: Floats, reach: npt.NDArray[np.floating]) -> Floats:
+def find_meetings(mask: Bools, place: Floats, outward: Floats, reach: npt.NDArray[np.floating]) -> Floats:
     """(m, 2, 2): segments from those of the ends `place` (n, 2) that meet the mask or leave the picture within `reach`
     (n,) px along `outward` (n, 2), to where they do.  Nothing is met in the first px."""
     step = np.arange(2, int(reach.max(initial=2.0)) + 1)
@@ -161,8 +161,8 @@ def find_plain_regions(
     if inside is not None:
         mask = mask | ~inside
     _, labels = cv2.connectedComponents((~mask).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-    labels = _renumber(np.asarray(labels, dtype=np.int32) - 1, p.min_area)
-    return _describe(labels, _totals(grey, labels, np.zeros(labels.shape, np.float32), p))
+    labels = renumber_regions(np.asarray(labels, dtype=np.int32) - 1, p.min_area)
+    return _describe(labels, sum_regions(grey, labels, np.zeros(labels.shape, np.float32), p))
 
 
 def find_leak_proof_regions(
@@ -186,11 +186,11 @@ def find_leak_proof_regions(
     depth = np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
     labels = _flooded(depth, p)
     if edges is not None:
-        _share_out(labels, edges, p)
+        share_out(labels, edges, p)
     labels, totals = _merge(grey, labels, mask, depth, p)
     if inside is not None:
-        labels = _renumber(np.where(inside, labels, np.int32(-1)), 1)
-        totals = _totals(grey, labels, depth, p)
+        labels = renumber_regions(np.where(inside, labels, np.int32(-1)), 1)
+        totals = sum_regions(grey, labels, depth, p)
     return _describe(labels, totals)
 
 
@@ -222,7 +222,7 @@ def trap(deep: Bools, labels: Ints32, count: int) -> int:
     return count + int(new.sum())
 
 
-def _share_out(labels: Ints32, edges: EdgeElements, p: RegionParameters) -> None:
+def share_out(labels: Ints32, edges: EdgeElements, p: RegionParameters) -> None:
     """Give each pixel of an edge element, which the flood gave to whichever region came first, to the region on its
     side of the edge, where it touches that."""
     rows, columns = labels.shape
@@ -238,7 +238,7 @@ def _share_out(labels: Ints32, edges: EdgeElements, p: RegionParameters) -> None
     flat[edges.pixel[touches]] = there[touches]
 
 
-def _totals(grey: Floats, labels: Ints32, depth: Floats32, p: RegionParameters) -> Floats:
+def sum_regions(grey: Floats, labels: Ints32, depth: Floats32, p: RegionParameters) -> Floats:
     """Sums over the regions of the label image and extremes, the columns of `region_kernels.sums`."""
     from vision.extraction import region_kernels
 
@@ -250,14 +250,14 @@ def _totals(grey: Floats, labels: Ints32, depth: Floats32, p: RegionParameters) 
 
 def _merge(grey: Floats, labels: Ints32, mask: Bools, depth: Floats32, p: RegionParameters) -> tuple[Ints32, Floats]:
     """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
-    totals = _totals(grey, labels, depth, p)
-    borders = sum_borders(labels, mask, _near_loose_ends(mask, p))
+    totals = sum_regions(grey, labels, depth, p)
+    borders = sum_borders(labels, mask, find_near_loose_ends(mask, p))
     final = np.arange(len(totals), dtype=np.int32)
     for _ in range(p.rounds):
-        component = _components(borders, totals, p)
+        component = find_components(borders, totals, p)
         if component is None:
             break
-        borders, totals = _contract(borders, totals, component)
+        borders, totals = contract(borders, totals, component)
         final = component[final]
     return final[labels], totals
 
@@ -306,7 +306,7 @@ def sum_borders(labels: Ints32, edge: Bools, loose: Bools) -> tuple[Ints, Ints, 
     return a, b, sums[beside]
 
 
-def _near_loose_ends(mask: Bools, p: RegionParameters) -> Bools:
+def find_near_loose_ends(mask: Bools, p: RegionParameters) -> Bools:
     """Pixels within `p.loose_end_reach` px of an edge's end: it runs on to one place, at most, on a ring of 5 x 5."""
     import cv2
 
@@ -324,7 +324,7 @@ def _near_loose_ends(mask: Bools, p: RegionParameters) -> Bools:
 _Borders = tuple[Ints, Ints, Floats]  # as `sum_borders` gives them
 
 
-def _contract(borders: _Borders, regions: Floats, component: Ints32) -> tuple[_Borders, Floats]:
+def contract(borders: _Borders, regions: Floats, component: Ints32) -> tuple[_Borders, Floats]:
     """The graph with the regions of each component as one."""
     count = int(component.max()) + 1
     merged = np.zeros((count, regions.shape[1]))
@@ -341,7 +341,7 @@ def _contract(borders: _Borders, regions: Floats, component: Ints32) -> tuple[_B
     return (key // count, key % count, totals), merged
 
 
-def _components(borders: _Borders, regions: Floats, p: RegionParameters) -> Ints32 | None:
+def find_components(borders: _Borders, regions: Floats, p: RegionParameters) -> Ints32 | None:
     """Which regions one round makes one; None where there is nothing to merge."""
     (a, b, sums), count = borders, len(regions)
     if len(a) == 0:
@@ -377,7 +377,7 @@ def _components(borders: _Borders, regions: Floats, p: RegionParameters) -> Ints
     return label_components(np.column_stack([a, b])[joined], count).astype(np.int32)
 
 
-def _renumber(labels: Ints32, min_area: int) -> Ints32:
+def renumber_regions(labels: Ints32, min_area: int) -> Ints32:
     """Labels 0.. of the regions that are large enough, -1 elsewhere."""
     area = np.bincount(labels[labels >= 0], minlength=1)
     new = np.where(area >= min_area, np.cumsum(area >= min_area) - 1, -1).astype(np.int32)

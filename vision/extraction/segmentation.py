@@ -85,7 +85,7 @@ def segment_chains(
     that is the shorter description."""
     from vision.extraction import arc_kernels
 
-    chains = _start_loops_on_straights(edges, chains, p)
+    chains = start_loops_on_straights(edges, chains, p)
     correlation, weight = compute_correlation(scale), np.zeros(len(edges))
     weight[chains.elements] = weigh_elements(edges, chains, scale, fitting)
 
@@ -100,7 +100,7 @@ def segment_chains(
             np.empty((n, 9)), np.empty((len(spacings), n)), np.empty((4, n), np.int32), np.empty((2, n + 8)),
             pieces, costs,
         )  # fmt: skip
-        members, kept = _pieces_to_members(edges, what, pieces[:count, :2], p)
+        members, kept = gather_members(edges, what, pieces[:count, :2], p)
         return members, pieces[:count, 2][kept], costs[:count][kept]
 
     members, kinds, costs = described(chains, _prices(p))
@@ -117,18 +117,18 @@ def segment_chains(
         members, kinds = _concatenate(members.take(others), conics), np.concatenate([kinds[others], their_kinds])
     pieces, fresh = Pieces(members, kinds, np.zeros(len(edges), np.bool_)), np.ones(len(members), np.bool_)
     for _ in range(p.join_rounds):
-        pieces, fresh = _join(edges, weight, pieces, fresh, correlation, p, fitting)
+        pieces, fresh = join_pieces(edges, weight, pieces, fresh, correlation, p, fitting)
         if not fresh.any():
             break
     if free.any():
         together = Members.gather(edges, weight, pieces.members)
         kinds, every = pieces.kinds, np.ones(len(pieces.kinds), np.bool_)
         misfits = _compute_misfits(together, kinds, fit_members(together, kinds), every, correlation, fitting)
-        pieces = _prefer_free_curves(pieces, _prices(p)[kinds] + misfits, curves, costs[free])
+        pieces = prefer_free_curves(pieces, _prices(p)[kinds] + misfits, curves, costs[free])
     return _reverse(pieces, pieces.members.mean(pieces.bright_right.astype(np.float64)) > 0.5)
 
 
-def _prefer_free_curves(pieces: Pieces, apart: Floats, curves: Chains, prices: Floats) -> Pieces:
+def prefer_free_curves(pieces: Pieces, apart: Floats, curves: Chains, prices: Floats) -> Pieces:
     """The arcs, which cost `apart` (n,), those that lie in one of the free `curves` (m) and together cost more than its
     price (m,) replaced by it.  A curve with an arc that leads out of it is dropped."""
     members, kinds, bright_right = pieces
@@ -153,7 +153,7 @@ def _concatenate(one: Chains, other: Chains) -> Chains:
     return Chains(np.concatenate([one.elements, other.elements]), offsets, np.concatenate([one.closed, other.closed]))
 
 
-def _start_loops_on_straights(edges: EdgeElements, chains: Chains, p: SegmentationParameters) -> Chains:
+def start_loops_on_straights(edges: EdgeElements, chains: Chains, p: SegmentationParameters) -> Chains:
     """Loops begun where they turn least over some elements: begun at a corner, they would leave a stub there."""
     long = np.flatnonzero(chains.closed & (chains.counts > 4 * p.loop_span))
     if len(long) == 0:
@@ -171,7 +171,7 @@ def _start_loops_on_straights(edges: EdgeElements, chains: Chains, p: Segmentati
     return Chains(elements, chains.offsets, chains.closed)
 
 
-def _pieces_to_members(
+def gather_members(
     edges: EdgeElements, chains: Chains, pieces: Ints32, p: SegmentationParameters
 ) -> tuple[Chains, Bools]:
     """Pieces (first and last place within `chains.elements`) as chains of their own, trimmed at their corners, and
@@ -202,7 +202,7 @@ def _prices(p: SegmentationParameters) -> Floats:
     return prices
 
 
-def _join(
+def join_pieces(
     edges: EdgeElements,
     weight: Floats,
     pieces: Pieces,
@@ -218,10 +218,10 @@ def _join(
     members, kinds = pieces.members, pieces.kinds
     together = Members.gather(edges, weight, members)
     fits = fit_members(together, kinds)
-    pairs = _find_continuations(edges, pieces, fits, fresh, p)
+    pairs = find_continuations(edges, pieces, fits, fresh, p)
     straight = (kinds[pairs.tail] == LINE) & (kinds[pairs.head] == LINE)
     pairs = pairs.take((pairs.turn < 0) | (straight & (members.counts[pairs.turn] >= p.min_reversed * correlation)))
-    saving, kind = _compute_savings(together, kinds, fits, pairs, correlation, p, fitting)
+    saving, kind = compute_savings(together, kinds, fits, pairs, correlation, p, fitting)
     tail, head, turn = pairs.tail, pairs.head, pairs.turn
     partner = np.full(len(members), -1, np.intp)
     taken, against = np.zeros(len(members), np.bool_), np.zeros(len(members), np.bool_)
@@ -247,7 +247,7 @@ def _join(
     return Pieces(Chains(strung.elements, offsets, members.closed[kept]), kinds[kept], bright_right), is_joined
 
 
-def _find_continuations(
+def find_continuations(
     edges: EdgeElements, pieces: Pieces, fits: Floats, fresh: Bools, p: SegmentationParameters
 ) -> _Continuations:
     """Pairs of arcs, at least one of them `fresh`, of which one leads on into the other within `p.join_reach` px."""
@@ -287,7 +287,7 @@ def _find_continuations(
     return _Continuations(tail, head, turn, distance[likely], own[tail] + between + own[head])
 
 
-def _compute_savings(
+def compute_savings(
     members: Members,
     kinds: Ints32,
     fits: Floats,

@@ -417,7 +417,7 @@ def search_poses(
     coarse = Fields(build_evidence(edges[name], SCAN_CELL_PX, SCAN_REACH_PX, SCAN_WINDOW) for name in rig.cameras)
     # Far from the right pose most places speak against the model: it must not pay to look past it.
     coarse, fine = (Fields(e.beyond_chance() for e in fields) for fields in (coarse, fine))
-    scanned, scores = _scan(prediction, coarse, prior, seed)
+    scanned, scores = scan_prior(prediction, coarse, prior, seed)
     first = keep_distinct(prediction, scanned, scores, SCAN_DISTINCT_PX, SCAN_KEPT)
     delta, score = climb(prediction, fine, scanned[first], prior.information, CLIMB_FIRST_PX, CLIMB_LAST_PX)
     kept = keep_distinct(prediction, delta, score, CLIMB_DISTINCT_PX, CLIMB_KEPT)
@@ -469,7 +469,7 @@ def _in_threads(count: int, work: Callable[[slice], None]) -> None:
         list(pool.map(work, [slice(at, at + length) for at in range(0, count, length)]))
 
 
-def _scan(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tuple[Floats, Floats]:
+def scan_prior(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tuple[Floats, Floats]:
     from vision.localisation import kernels
 
     factor = np.asarray(np.linalg.cholesky(prior.covariance), float)

@@ -311,7 +311,7 @@ def localise(
     if prior.is_open:
         # No prior holds a pose that the edges speak against: it would drift off to where nothing is seen.
         found = found.take(found.score > 0)
-    solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, seen.greys), prior, p)
+    solver = Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, seen.greys), prior, p)
     hypotheses, stages = solver.hypotheses(found) if len(found.score) else ([], [])
     if prior.is_open:
         hypotheses = [h for h in hypotheses if _is_determined(h, prior)]
@@ -403,7 +403,7 @@ def _view(scene: Scene, rig: Rig, name: str, refined: RefinedPose, index: EdgeIn
 
 
 @dataclass(frozen=True)
-class _Solver:
+class Solver:
     """Refines poses and follows up those that could rival the best."""
 
     scene: Scene
@@ -429,7 +429,7 @@ class _Solver:
         least = np.where(np.arange(1, len(start)) <= CANDIDATES, MIN_CANDIDATE_SHARE, MIN_EQUAL_SHARE)
         worthy = found.score[1:] > least * found.score[0]
         others = zip(start[1:], worthy, strict=True)
-        rule = ["refined", *(self._follow(pose, done)[0] if w else "little_evidence" for pose, w in others)]
+        rule = ["refined", *(self.follow(pose, done)[0] if w else "little_evidence" for pose, w in others)]
         *before, climbed = found.stages
         rule += ["beyond"] * (len(climbed.score) - len(rule))
         stages = [*before, replace(climbed, rule=rule)]
@@ -442,8 +442,8 @@ class _Solver:
             if done[0] in asked:
                 break
             asked.append(done[0])
-            shifted = self._shifted(done[0], shapes)
-            followed = [self._follow(pose, done) for pose in shifted]
+            shifted = self.shift(done[0], shapes)
+            followed = [self.follow(pose, done) for pose in shifted]
             rules, score = [rule for rule, _ in followed], np.array([score for _, score in followed])
             delta = perturbations(self.prior.world_from_rig, shifted)
             stages.append(Stage(f"shift {len(asked)}", delta, score, rules, len(score)))
@@ -491,7 +491,7 @@ class _Solver:
         rig = correct_rig(self.rig, h.camera_unknowns)
         return replace(h, outlines=measure_outlines(self.near, rig, self.greys, h.world_from_rig))
 
-    def _shifted(self, h: RefinedPose, shapes: ArcShapes) -> Floats:
+    def shift(self, h: RefinedPose, shapes: ArcShapes) -> Floats:
         """Poses (k, 4, 4) that displacements of the model onto itself make of one, the likeliest by the prior first."""
         seen = h.prediction
         sharp = seen.arc < len(self.scene.arc_occurrence)
@@ -505,7 +505,7 @@ class _Solver:
         most = (self.p.verdict.max_sigma + 1) ** 2
         return np.asarray(poses[order[distance[order] <= most][:DISPLACEMENTS]])
 
-    def _follow(self, pose: Floats, done: list[RefinedPose]) -> tuple[str, float]:
+    def follow(self, pose: Floats, done: list[RefinedPose]) -> tuple[str, float]:
         """Refines a pose that is not among those done and climbs to evidence near the best's, and appends it to `done`;
         what became of it, and the score it climbed to, NaN where it did not climb."""
         if len(done) >= MAX_REFINED:

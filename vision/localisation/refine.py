@@ -324,7 +324,7 @@ class Fit:
             delta, own = np.zeros(6), self.unknowns.of_cameras(solved) - laid
             if (reach, scale) != ROUNDS[0]:
                 m = measure(prediction, self.cameras, delta, self.unknowns, own, (reach, scale), votes)
-                delta = _find_consensus(m, prediction, self.prior, pose, self.seed)
+                delta = find_consensus(m, prediction, self.prior, pose, self.seed)
             for _ in range(STEPS):
                 m = measure(prediction, self.cameras, delta, self.unknowns, own, (reach, scale), votes)
                 here = perturb(pose, delta)
@@ -473,7 +473,7 @@ class Fit:
         return hessian, gradient
 
 
-def _find_consensus(m: Measurements, prediction: Prediction, prior: Prior, world_from_rig: Floats, seed: int) -> Floats:
+def find_consensus(m: Measurements, prediction: Prediction, prior: Prior, world_from_rig: Floats, seed: int) -> Floats:
     """The step (6,) on which most of the measured length agrees, of steps that few arcs make and of none.
 
     Where a structure of the model stands elsewhere in the world, least squares lies between it and the rest however

@@ -280,9 +280,9 @@ class _Walk:
         if key not in self._shape_of:
             labels = self._face_labels(label, faces)
             if step_tessellated.is_tessellated(faces):
-                made, face_of = step_tessellated.extract(_scaled(shape, scale), labels)
+                made, face_of = step_tessellated.extract(scale_shape(shape, scale), labels)
             else:
-                made, face_of = step_shape.extract(_scaled(shape, scale), labels), list(range(len(faces)))
+                made, face_of = step_shape.extract(scale_shape(shape, scale), labels), list(range(len(faces)))
             self.shapes.append(made)
             self._shape_of[key] = len(self.shapes) - 1, face_of
         shape_no, face_of = self._shape_of[key]
@@ -347,7 +347,7 @@ def _rigid(trsf: Any) -> tuple[np.ndarray[Any, Any], float]:
     return out, round(factor, 12)
 
 
-def _scaled(shape: Any, factor: float) -> Any:
+def scale_shape(shape: Any, factor: float) -> Any:
     if factor == 1.0:
         return shape
     scaling = gp_Trsf()

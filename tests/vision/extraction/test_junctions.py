@@ -23,10 +23,10 @@ from vision.extraction.junction_candidates import (
     Ends,
     Meetings,
     OsculatingCircles,
-    _inner,
-    _supported,
+    are_shown,
     find_crossings,
     find_first_polylines,
+    find_inner,
     find_osculating_circles,
     locate_meetings,
     sample_polylines,
@@ -35,7 +35,7 @@ from vision.extraction.junction_candidates import (
 from vision.extraction.junctions import (
     KINDS,
     Junctions,
-    _kinds,
+    classify_junctions,
     find_junctions,
     snap_end_points,
     snap_polylines,
@@ -266,7 +266,7 @@ def test_polylines_are_sampled_at_most_a_pixel_apart() -> None:
     np.testing.assert_array_equal(found.pixel[found.holder[held]], held)
     from_end = [min(i, len(line) - 1 - i) for line in lines for i in range(len(line))]
     expected_inner = [from_end[q] > P.overrun or k == 5 for q, k in zip(found.point, found.arc, strict=True)]
-    assert _inner(arcs, found, P).tolist() == expected_inner
+    assert find_inner(arcs, found, P).tolist() == expected_inner
 
 
 def crossed(one: Floats, other: Floats) -> bool:
@@ -284,7 +284,7 @@ def chord_at(arcs: Arcs, line: list[Floats], arc: int, point: int) -> Floats:
 def test_crossings_are_where_two_polylines_share_or_touch_a_pixel(seed: int) -> None:
     arcs, lines = courses(seed)
     places = sample_polylines(arcs, (70, 80))
-    inner = _inner(arcs, places, P)
+    inner = find_inner(arcs, places, P)
     best: dict[tuple[int, int], float] = {}
     for i in np.flatnonzero(inner).tolist():
         for down, right in ((0, 0), (0, 1), (1, -1), (1, 0), (1, 1)):  # each pair of pixels is looked at once
@@ -351,7 +351,7 @@ def test_kinds_follow_from_the_number_of_ways_and_whether_two_run_on(ways: list[
     none = OsculatingCircles(zero, zero, zero, zero, zero, np.zeros((len(group), 3)))
     meetings = Meetings(group, np.arange(len(group)), at, none)
     away = np.column_stack([np.cos(np.deg2rad(turn)), np.sin(np.deg2rad(turn))])
-    assert [KINDS[k] for k in _kinds(meetings, away, P)] == [kind, "L"]
+    assert [KINDS[k] for k in classify_junctions(meetings, away, P)] == [kind, "L"]
 
 
 def test_ends_move_to_where_arcs_meet() -> None:
@@ -417,7 +417,7 @@ def test_the_picture_shows_a_step_of_the_sign_of_the_end_on_the_way(at: int, lef
     for share, shown in ((P.min_support - 0.02, False), (P.min_support + 0.02, True)):
         grey = 100 + (-1.0 if above else 1.0) * share * 50 * np.clip(y, -1, 1) * np.ones((1, 40))
         for sign, along in ((1, 7.0), (-1, 7.0), (1, P.blurred + 0.9), (-1, P.blurred + 0.9)):
-            seen = _supported(
+            seen = are_shown(
                 100 + sign * (grey - 100), cast(Arcs, arcs), np.zeros(1, int), np.array([at]), curve,
                 np.array([along]), P,
             )  # fmt: skip

@@ -22,18 +22,18 @@ from vision.extraction.junctions import find_junctions
 from vision.extraction.regions import (
     ASLANT,
     STRIPS,
-    _components,
-    _contract,
-    _lonely,
-    _meetings,
-    _near_loose_ends,
-    _renumber,
-    _share_out,
-    _totals,
+    contract,
     draw_edge_mask,
+    find_components,
     find_leak_proof_regions,
+    find_lonely,
+    find_meetings,
+    find_near_loose_ends,
     find_plain_regions,
+    renumber_regions,
+    share_out,
     sum_borders,
+    sum_regions,
     trap,
 )
 from vision.extraction.segmentation import fit_arcs
@@ -238,7 +238,7 @@ def test_an_edge_ends_where_it_runs_on_to_one_place_at_most() -> None:
     ring = np.pad(np.zeros((3, 3), bool), 1, constant_values=True)
     mask = np.random.default_rng(6).random((40, 33)) < 0.12
     framed = np.pad(mask, 2, constant_values=True)
-    found = _near_loose_ends(mask, RegionParameters(loose_end_reach=0))
+    found = find_near_loose_ends(mask, RegionParameters(loose_end_reach=0))
     for r, c in np.argwhere(mask):
         _, places = scipy.ndimage.label(framed[r : r + 5, c : c + 5] & ring)
         assert found[r, c] == (places < 2)
@@ -355,7 +355,7 @@ def test_neighbours_merge_as_a_loop_over_all_borders_says(seed: int) -> None:
         design = np.column_stack([np.ones(own.sum()), columns[own], rows[own]])
         planes.append(np.linalg.lstsq(design, grey[own], rcond=None)[0] if own.sum() > 3 else [grey[own].mean(), 0, 0])
     borders = sum_borders(labels, edge, loose)
-    totals = _totals(grey, labels, depth, p)
+    totals = sum_regions(grey, labels, depth, p)
     inradius = np.array([depth[labels == i].max() for i in range(count)])
     joined: list[tuple[int, int]] = []
     opens: dict[int, list[tuple[float, int]]] = {i: [] for i in range(count)}
@@ -373,14 +373,14 @@ def test_neighbours_merge_as_a_loop_over_all_borders_says(seed: int) -> None:
                 opens[one].append((-affinity, other))
     chosen = [(one, min(others)[1]) for one, others in opens.items() if others]
     expected = label_components(np.array(joined + chosen), count)
-    found = _components(borders, totals, p)
+    found = find_components(borders, totals, p)
     assert found is not None
     assert found.tolist() == expected.tolist()
     assert (len(joined) > 0, 1 < found.max() < count - 10) == (True, True)
 
     merged = found[labels]
-    (a, b, sums), regions = _contract(borders, totals, found)
-    np.testing.assert_allclose(regions, _totals(grey, merged, depth, p))
+    (a, b, sums), regions = contract(borders, totals, found)
+    np.testing.assert_allclose(regions, sum_regions(grey, merged, depth, p))
     again = sum_borders(merged, edge, loose)
     assert (a.tolist(), b.tolist()) == (again[0].tolist(), again[1].tolist())
     others = np.isin(np.arange(7), (STRIPS, ASLANT), invert=True)
@@ -395,7 +395,9 @@ def test_nothing_merges_that_has_no_border_or_opens_to_nothing() -> None:
     for labels in (one, two):
         depth, free = np.full(labels.shape, 9.0, np.float32), np.zeros(labels.shape, bool)
         assert (
-            _components(sum_borders(labels, free, free), _totals(90.0 * np.asarray(labels, float), labels, depth, p), p)
+            find_components(
+                sum_borders(labels, free, free), sum_regions(90.0 * np.asarray(labels, float), labels, depth, p), p
+            )
             is None
         )
 
@@ -405,7 +407,7 @@ def test_regions_that_are_large_enough_are_numbered_in_order(area: int) -> None:
     labels = np.random.default_rng(3).integers(-1, 9, (8, 11)).astype(np.int32)
     large = [i for i in range(9) if (labels == i).sum() >= area]
     expected = [[large.index(i) if i in large else -1 for i in row] for row in labels.tolist()]
-    assert _renumber(labels, area).tolist() == expected
+    assert renumber_regions(labels, area).tolist() == expected
 
 
 def test_pixels_of_edges_are_shared_out_by_the_side_of_their_centre() -> None:
@@ -424,7 +426,7 @@ def test_pixels_of_edges_are_shared_out_by_the_side_of_their_centre() -> None:
         if labels[y, x] in beside:
             moved += labels[r, c] != labels[y, x]
             expected[r, c] = labels[y, x]
-    _share_out(labels, edges, p)
+    share_out(labels, edges, p)
     assert labels.tolist() == expected.tolist()
     assert moved > 5
 
@@ -441,10 +443,10 @@ def test_ends_run_on_to_the_first_pixel_of_the_mask_or_the_border() -> None:
             if not (0 <= x < 40 and 0 <= y < 30) or mask[y, x]:
                 expected.append([at, at + step * way])
                 break
-    found = _meetings(mask, place, outward, reach)
+    found = find_meetings(mask, place, outward, reach)
     np.testing.assert_allclose(found, expected)
     assert 10 < len(found) < 50
-    assert len(_meetings(mask, place[:0], outward[:0], reach[:0])) == 0
+    assert len(find_meetings(mask, place[:0], outward[:0], reach[:0])) == 0
 
 
 def test_ends_are_lonely_that_have_no_point_of_another_arc_within_reach() -> None:
@@ -459,5 +461,5 @@ def test_ends_are_lonely_that_have_no_point_of_another_arc_within_reach() -> Non
         not any(o != a and np.hypot(*(q - e)) <= p.meeting for o, q in zip(of, inside, strict=True))
         for a, e in zip(arc, centre, strict=True)
     ]
-    assert _lonely(arcs, ends, arc, (40, 50), p).tolist() == expected
+    assert find_lonely(arcs, ends, arc, (40, 50), p).tolist() == expected
     assert 5 < sum(expected) < 395

@@ -26,14 +26,14 @@ from vision.extraction.edges import EdgeElements
 from vision.extraction.extraction_parameters import FittingParameters, SegmentationParameters
 from vision.extraction.segmentation import (
     Pieces,
-    _compute_savings,
     _Continuations,
-    _find_continuations,
-    _join,
-    _pieces_to_members,
-    _prefer_free_curves,
-    _start_loops_on_straights,
+    compute_savings,
+    find_continuations,
+    gather_members,
+    join_pieces,
+    prefer_free_curves,
     segment_chains,
+    start_loops_on_straights,
 )
 
 P, FITTING = SegmentationParameters(), FittingParameters()
@@ -266,7 +266,7 @@ def test_arcs_lead_on_as_loops_over_all_ends_say() -> None:
         courses.append((place, heading + rng.normal(0, 0.1, count), bool(rng.random() < 0.4)))
     it = draw(courses, kinds, rng.random(60) < 0.1)
     fits, fresh = fit_members(it.together, it.pieces.kinds), rng.random(60) < 0.4
-    found = _find_continuations(it.edges, it.pieces, fits, fresh, P)
+    found = find_continuations(it.edges, it.pieces, fits, fresh, P)
     columns = found.tail, found.head, found.turn, found.distance, found.bend
     rows = {(a, b): row for a, b, *row in zip(*columns, strict=True)}
 
@@ -310,7 +310,7 @@ def savings(
     fits = fit_members(it.together, it.pieces.kinds)
     tail, head, turn = np.array([[0], [1], [-1]])
     pair = _Continuations(tail, head, turn, np.array([distance]), np.array([bend]))
-    saving, kind = _compute_savings(it.together, it.pieces.kinds, fits, pair, CORRELATED, P, FITTING)
+    saving, kind = compute_savings(it.together, it.pieces.kinds, fits, pair, CORRELATED, P, FITTING)
     places, weights = [c[0] for c in courses], np.split(it.weight, [len(courses[0][1])])
     price = {LINE: P.line_price, CIRCULAR: P.circle_price, ELLIPTIC: P.ellipse_price}
     apart = sum(price[k] for k in kinds)
@@ -445,14 +445,14 @@ def test_a_round_joins_the_pairs_that_save_most_each_arc_once() -> None:
     """The nearer first; who is joined is fresh for the next round, in which the others are looked at with it."""
     spans = [(0, 19), (30, 49), (53, 72), (76, 95), (112, 131)]
     it = draw([stretch(*s) for s in spans], [LINE] * 5)
-    pieces, fresh = _join(it.edges, it.weight, it.pieces, np.ones(5, bool), CORRELATED, P, FITTING)
+    pieces, fresh = join_pieces(it.edges, it.weight, it.pieces, np.ones(5, bool), CORRELATED, P, FITTING)
     first = [int(it.edges.x[i]) for i in pieces.members.elements[pieces.members.offsets[:-1]]]
     assert (first, pieces.members.counts.tolist()) == ([0, 30, 76], [20, 40, 40])
     assert fresh.tolist() == [False, True, True]
-    pieces, fresh = _join(it.edges, it.weight, pieces, fresh, CORRELATED, P, FITTING)
+    pieces, fresh = join_pieces(it.edges, it.weight, pieces, fresh, CORRELATED, P, FITTING)
     assert pieces.members.counts.tolist() == [20, 80]
     assert fresh.tolist() == [False, True]
-    still, fresh = _join(it.edges, it.weight, pieces, np.zeros(2, bool), CORRELATED, P, FITTING)
+    still, fresh = join_pieces(it.edges, it.weight, pieces, np.zeros(2, bool), CORRELATED, P, FITTING)
     assert still.members.counts.tolist() == [20, 80]
     assert not fresh.any()
     assert segment_chains(it.edges, it.pieces.members, scale=1.4).members.counts.tolist() == [100]
@@ -467,7 +467,7 @@ def test_free_curves_stand_for_arcs_that_lie_in_them_and_cost_more() -> None:
     for prices, stand in (
         ([6.9, 5.1], [1]), ([7.1, 4.9], [2]), ([7.0, 5.0], []), ([6.9, 4.9], [1, 2]),
     ):  # fmt: skip
-        found = _prefer_free_curves(Pieces(members, kinds, right), apart, curves, np.array([0.0, *prices, 0.0]))
+        found = prefer_free_curves(Pieces(members, kinds, right), apart, curves, np.array([0.0, *prices, 0.0]))
         # the first and last curves have but parts of arcs, which lead out of them
         kept = [arc for arc in range(5) if not ((arc < 2 and 1 in stand) or (arc == 2 and 2 in stand))]
         expected = [members.elements[4 * arc : 4 * arc + 4].tolist() for arc in kept]
@@ -491,7 +491,7 @@ def test_loops_begin_where_they_turn_least() -> None:
         closed,
     )
     order = np.arange(sum(counts), dtype=np.int32)
-    found = _start_loops_on_straights(it.edges, it.pieces.members, P)
+    found = start_loops_on_straights(it.edges, it.pieces.members, P)
     for k, n in enumerate(counts):
         own = order[offsets[k] : offsets[k + 1]]
         if closed[k] and n > 4 * P.loop_span:
@@ -500,7 +500,7 @@ def test_loops_begin_where_they_turn_least() -> None:
         assert found.elements[offsets[k] : offsets[k + 1]].tolist() == own.tolist()
     assert (found.elements != order).any()
     none = it.pieces.members.take(~closed)
-    assert _start_loops_on_straights(it.edges, none, P) is none
+    assert start_loops_on_straights(it.edges, none, P) is none
 
 
 def test_pieces_are_trimmed_at_their_corners() -> None:
@@ -527,7 +527,7 @@ def test_pieces_are_trimmed_at_their_corners() -> None:
                 closed.append(len(cuts) == 2 and k < 4)
             else:
                 expected.append([])
-    members, kept = _pieces_to_members(it.edges, chains, np.array(pieces, np.int32), P)
+    members, kept = gather_members(it.edges, chains, np.array(pieces, np.int32), P)
     assert kept.tolist() == [bool(one) for one in expected]
     found = [part.tolist() for part in np.split(members.elements, members.offsets[1:-1])]
     assert found == [one for one in expected if one]

@@ -19,7 +19,6 @@ from vision.localisation.hypotheses import (
     Fields,
     Perturbations,
     Prediction,
-    _scan,
     bin_orientations,
     bound_elements,
     build_evidence,
@@ -34,6 +33,7 @@ from vision.localisation.hypotheses import (
     predict_shift_sigma,
     project_directions,
     project_with_jacobians,
+    scan_prior,
     search_poses,
     select_samples,
     select_under_prior,
@@ -313,7 +313,7 @@ def test_a_scan_finds_of_each_pose_the_turn_that_gathers_most() -> None:
     rng = np.random.default_rng(4)
     half = rng.normal(size=(6, 6)) * np.repeat([9.0, 0.03], 3)[:, None]
     prior = Prior(np.eye(4), half @ half.T)
-    found, score = _scan(p, coarse, prior, 5)
+    found, score = scan_prior(p, coarse, prior, 5)
     _, jacobian = project_with_jacobians(p)
     centred = np.concatenate([jacobian[p.view == c] - jacobian[p.view == c].mean(axis=0) for c in (0, 1)])
     square = np.einsum("nij,jk,nik->n", centred, prior.covariance, centred).mean()

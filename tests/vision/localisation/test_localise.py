@@ -20,7 +20,7 @@ from vision.localisation import hypotheses
 from vision.localisation import localise as localise_module
 from vision.localisation.hypotheses import Perturbations, Prediction, Stage
 from vision.localisation.localisation_parameters import DEFAULTS
-from vision.localisation.localise import Localisation, _Solver, keep_worthy, localise, partner_odds, say_why_nothing
+from vision.localisation.localise import Localisation, Solver, keep_worthy, localise, partner_odds, say_why_nothing
 from vision.localisation.refine import RefinedPose
 from vision.localisation.support import Outlines, Support
 from vision.localisation.views import Observation
@@ -216,9 +216,9 @@ class Landscape:
 
 
 @pytest.fixture
-def solver(monkeypatch: pytest.MonkeyPatch) -> _Solver:
+def solver(monkeypatch: pytest.MonkeyPatch) -> Solver:
     scene = cast(Scene, SimpleNamespace(arc_occurrence=np.zeros(5)))
-    made = _Solver(scene, scene, LEFT, {}, cast(Any, []), [], PRIOR, DEFAULTS)
+    made = Solver(scene, scene, LEFT, {}, cast(Any, []), [], PRIOR, DEFAULTS)
     made.__dict__["fit"] = land = Landscape()
     outlines = Outlines(np.ones(1), np.ones(1), 5.0)
     told = {
@@ -240,18 +240,18 @@ def solver(monkeypatch: pytest.MonkeyPatch) -> _Solver:
     ],
 )  # fmt: skip
 def test_a_pose_is_followed_to_where_none_was_found(
-    solver: _Solver, x: float, rule: str, score: float, reached: list[int]
+    solver: Solver, x: float, rule: str, score: float, reached: list[int]
 ) -> None:
     done, pose = [at(40, 90.0), at(0)], at(x, 1.0).world_from_rig
-    np.testing.assert_equal(solver._follow(pose, done), (rule, score))
+    np.testing.assert_equal(solver.follow(pose, done), (rule, score))
     assert places(done[2:]) == reached
     assert all(h.is_rough and h.outlines for h in done[2:])
     full = [at(40, 90.0), at(0)] * 30
-    assert [solver._follow(pose, some)[0] for some in (full, full[1:])] == ["beyond", rule]
+    assert [solver.follow(pose, some)[0] for some in (full, full[1:])] == ["beyond", rule]
 
 
 def test_what_repeats_is_looked_for_within_the_prior_nearest_to_it_first(
-    solver: _Solver, monkeypatch: pytest.MonkeyPatch
+    solver: Solver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shifts: list[float] = []
 
@@ -262,13 +262,13 @@ def test_what_repeats_is_looked_for_within_the_prior_nearest_to_it_first(
 
     monkeypatch.setattr(localise_module, "find_displacements", displace)
     for shifts[:], kept in (([134.9, 135.1, -144.9, -145.1], [139.9, -139.9]), (range(100, 0, -5), range(10, 70, 5))):
-        found = solver._shifted(at(5, 1.0), cast(Any, "shapes"))
+        found = solver.shift(at(5, 1.0), cast(Any, "shapes"))
         np.testing.assert_allclose(found[:, 0, 3], kept)
 
 
 @pytest.mark.parametrize("is_open", [False, True])
 def test_candidates_are_refined_and_what_repeats_about_the_best_three_times(
-    solver: _Solver, monkeypatch: pytest.MonkeyPatch, is_open: bool
+    solver: Solver, monkeypatch: pytest.MonkeyPatch, is_open: bool
 ) -> None:
     """As long as the best changes; and without the arcs that it rests on.  Where no prior is, the candidates alone."""
     monkeypatch.setattr(localise_module, "find_displacements", lambda *_: np.array([[20.0, 0, 0]]))

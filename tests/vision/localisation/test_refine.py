@@ -21,8 +21,8 @@ from vision.localisation.refine import (
     Explanation,
     Fit,
     RefinedPose,
-    _find_consensus,
     compute_covariance,
+    find_consensus,
     group_by_stretch,
     join_explanations,
 )
@@ -287,9 +287,9 @@ def test_the_consensus_is_the_step_that_most_of_the_length_agrees_on() -> None:
         pull = j[own].T @ offset[own] - fit.prior.information @ away
         tried.append(np.asarray(np.linalg.solve(normal, pull), float))
     agreed = [w @ np.clip(1 - ((offset - j @ step) / 1.5) ** 2, 0, None) for step in tried]
-    found = _find_consensus(m, p, fit.prior, pose, 7)
+    found = find_consensus(m, p, fit.prior, pose, 7)
     np.testing.assert_allclose(found, tried[int(np.argmax(agreed))], rtol=1e-6, atol=1e-9)
-    assert not _find_consensus(replace(m, weight=0 * m.weight), p, fit.prior, pose, 7).any()
+    assert not find_consensus(replace(m, weight=0 * m.weight), p, fit.prior, pose, 7).any()
 
 
 def test_a_part_that_alone_says_where_the_rig_is_is_no_outlier() -> None:

@@ -30,15 +30,15 @@ from vision.planning import (
     GroundPlane,
     PlanOptions,
     PoseGrid,
-    _items,
-    _left,
     choose_views,
     find_table,
     lay_grid,
+    list_wanted,
     plan_views,
     predict_distinct_px,
     reach,
     reaches_any_pose,
+    read_left,
     spread_joints,
     usual_distance,
 )
@@ -238,10 +238,10 @@ def test_views_are_taken_from_where_the_cameras_look_or_the_part_fills_them(bloc
 def test_px_of_a_face_seen_straight_on(block: Store) -> None:
     """From above the block shows its outline, the rim of the hole and the rim of its floor, and nothing else."""
     with block.read() as connection:
-        rows, world = _left(block, connection, PlanOptions(object="block"))
+        rows, world = read_left(block, connection, PlanOptions(object="block"))
         assert world == world_named(block, connection, None)[0]
         stored = read_scene(block, connection, world)
-    items, distance = _items(stored, rows), 500.0
+    items, distance = list_wanted(stored, rows), 500.0
     turn = np.array([[0.6, -0.8, 0], [0.8, 0.6, 0], [0, 0, 1]])
     pose = pose_of(turn @ [60, 40, 0] + [500, 300, 160 + distance], turn @ np.diag([1.0, -1, -1]))
     px = dict(zip(items.path, predict_distinct_px(stored, SQUARE, items, pose), strict=True))
