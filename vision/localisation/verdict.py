@@ -381,7 +381,7 @@ class Misfit:
 LEAST_SHOWN = 0.1  # of a sigma: pictures that show less of an unknown say nothing of it
 LEAST_TOLD = 0.2  # of the variance of a standpoint along an axis: pictures that show less say nothing of it
 BEYOND = 1.4  # all edges of a picture may be drawn alike: blur, rounding and light know no calibration
-_PICTURE, _MOUNT = "is its picture scaled or cropped?", "was the camera moved?"
+_PICTURE, _MOUNT = "is its picture scaled or cropped, or the part not as modelled?", "was the camera moved?"
 # Of each of UNKNOWNS: what is otherwise, in words of camera and amount; the amount's unit; words for more and for less.
 _OTHERWISE = {
     "centre_u": ("the principal point that {0} shows lies {1:.1f} px {2} the file's", 1.0, "right of", "left of"),
