@@ -108,7 +108,8 @@ def list_items(stored: StoredScene, parts: PartsInView, seen: Sequence[SurfaceMa
 # value as any other: a dark hole in glare is told by the glare around it.
 
 THROUGH = ("through_hole", "duct")
-SET_APART = (*THROUGH, "blind_hole", "boss", "pocket")  # in another light than what they are cut into or stand on
+BORES = (*THROUGH, "blind_hole", "boss")
+SET_APART = (*BORES, "pocket")  # in another light than what they are cut into or stand on
 WITHIN = (*SET_APART, "open_slot", "rib", "step")  # of what is around: without them that continues
 _NONE = -1
 _ANYTHING = 1 / (255 * 3.0)  # density of any grey with any texture

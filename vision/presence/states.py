@@ -26,6 +26,7 @@ from vision.presence.displaced import (
     report_displacements,
 )
 from vision.presence.items import (
+    BORES,
     WITHIN,
     Appearance,
     Items,
@@ -235,7 +236,10 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     off, what = np.abs(measures.value - measures.nominal), np.array(measures.what)
     beyond = np.isin(what, ("diameter", "thickness")) & (off > p.doubtful_sigma * measures.sigma)
     beyond |= (what == "diameter") & (2 * measures.sigma > p.least_known * measures.nominal)
-    beyond |= (what == "offset") & (off > np.maximum(p.changed_sigma * measures.sigma, p.changed_mm))
+    part, feature, face = (np.array(items.level) == it for it in ("part", "feature", "surface"))
+    bore = np.isin(items.kind, BORES) | (np.bincount(items.member, items.inset[items.surface], len(items)) > 0) & face
+    least_mm = np.where(bore[measures.item], 0.0, p.changed_mm)  # half of a rim has no diameter
+    beyond |= (what == "offset") & (off > np.maximum(p.changed_sigma * measures.sigma, least_mm))
     doubtful[measures.item[beyond]] = True
     changed[measures.item[measures.changed]] = True
     resized[measures.item[measures.changed & ~np.isin(measures.what, ("offset", *DISPLACED))]] = True
@@ -254,7 +258,6 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     gone = (total / np.sqrt(pictures) <= -against - p.contradicted_by_share * share) & (expected >= p.least_expected)
     settle(gone, CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
-    part, feature, face = (np.array(items.level) == it for it in ("part", "feature", "surface"))
     holds = part & (distinct >= p.most_share * distinct[part].sum())
     settle((state == CONFIRMED) & (signs.absent >= np.where(holds, 0.0, p.least_log_odds)), NOT_CONFIRMED, ABSENT)
     settle((state == CONFIRMED) & doubtful, NOT_CONFIRMED, DOUBTFUL)
@@ -294,8 +297,7 @@ def find_missing(items: Items, signs: Signs, p: StateParameters) -> Bools:
     of_surface = np.zeros(len(signs.surfaces.moved), np.int64)
     of_surface[items.surface] = items.occurrence[items.member]
     resized = np.bincount(of_surface[moved], signs.surfaces.log_odds[moved], len(odds))
-    missing = (signs.uncovered.beneath > 0) & (odds >= np.maximum(rival, resized))
-    return np.asarray(missing[items.occurrence])
+    return np.asarray(((signs.uncovered.beneath > 0) & (odds >= np.maximum(rival, resized)))[items.occurrence])
 
 
 def weigh_absence_of_items(items: Items, runs: EdgeRuns, cameras: int, p: RunParameters) -> Floats:

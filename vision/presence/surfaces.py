@@ -438,8 +438,7 @@ def assess_surfaces(
     edges: EdgePredictions, stored: StoredScene, items: Items, cameras: int, p: PresenceParameters
 ) -> SceneSurfaces:
     """The scene's surfaces by their edges."""
-    samples, runs = edges.samples, edges.runs
-    count = len(stored.surface_no)
+    samples, runs, count, q = edges.samples, edges.runs, len(stored.surface_no), p.displacement
     inward, middle, normal = _bend(samples, count)
     opposed = find_opposed(items, stored.scene, middle, normal)
     run, side = np.nonzero(runs.surface >= 0)
@@ -457,7 +456,8 @@ def assess_surfaces(
     # Surfaces found in place, or found displaced, or bent around and found all around, wherever their rims lie.
     agree_px = offsets.agree * p.account.runs.stretch_px
     found, in_place = (px >= p.moved.least_there * weight[there] for px in (agree_px, supported[there]))
-    sure = np.where(sought[there] != 0, certain[there] | closed, in_place | (closed & found))
+    in_a_wall = items.inset[there] & in_place  # as half of a rim is, by its tolerance
+    sure = np.where(sought[there] != 0, certain[there] | closed | in_a_wall, in_place | (closed & found))
     sure &= agree_px >= p.moved.least_distinct_px
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
@@ -465,10 +465,9 @@ def assess_surfaces(
     mm[kept], sigma[kept] = offsets.x[sure, 3], np.sqrt(offsets.covariance[sure, 3, 3])
     shift[kept] = np.where(closed[:, None], offsets.x[:, :3], 0.0)[sure]
     # Along the axis of a bore its edges say nothing.
-    across = np.sqrt(np.linalg.eigvalsh(offsets.covariance[:, :3, :3])[:, 1])
-    shift_sigma[kept] = np.where(closed, across, np.nan)[sure]
-    least = np.maximum(p.displacement.sure_sigma * sigma, p.displacement.least_mm)
-    moved = (sought != 0) & certain & (np.abs(mm) > least)
+    across = np.where(closed, np.linalg.eigvalsh(offsets.covariance[:, :3, :3])[:, 1], np.nan)
+    shift_sigma[kept] = np.sqrt(across[sure])
+    moved = certain & (sought != 0) & (np.abs(mm) > np.maximum(q.sure_sigma * sigma, q.least_mm))
     moved &= supported <= p.moved.most_in_place * weight
     moved[there] &= found
     return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
@@ -480,8 +479,7 @@ def find_shaded(edges: EdgePredictions, mm: Floats) -> Floats:
     samples, beside, count = edges.samples, edges.beside, len(mm)
     sample, side = np.nonzero(np.append(mm != 0, False)[samples.surface])
     ahead = edges.moving.displace(mm, len(samples.run))[sample]
-    first, end = (beside.first[sample + k] for k in (0, 1))
-    of, at = count_from(first, end - first)
+    of, at = count_from(beside.first[sample], beside.first[sample + 1] - beside.first[sample])
     near = beside.usable[at, side[of]] & (np.abs(beside.offset[at] - ahead[of]) <= SHADED_PX)
     surface, px = samples.surface[sample, side][of[near]], beside.weight[sample[of[near]]]
     shaded = np.bincount(surface, px * edges.shaded[at[near]], count)
@@ -511,8 +509,7 @@ def measure_misfit(surfaces: SceneSurfaces, holding: Bools) -> tuple[float, int]
     if len(off) < LEAST_FACES:
         return None
     order = np.argsort(off, kind="stable")
-    rest = np.minimum(off[order[:-1]], MOST_SIGMAS) ** 2
-    return float(np.sqrt(rest.mean())), int(measured[order[-1]])
+    return float(np.sqrt((np.minimum(off[order[:-1]], MOST_SIGMAS) ** 2).mean())), int(measured[order[-1]])
 
 
 ALONG = 0.7  # cosine of the angle up to which faces look alike: they say where the object lies along one direction

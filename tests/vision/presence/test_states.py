@@ -279,6 +279,13 @@ def test_a_face_that_is_off_with_its_edges_in_place_is_in_doubt(mm: float, sigma
     assert said(decided(replace(it, surfaces=faces)))["face"][0] == ("confirmed", "not_confirmed")[doubted]
 
 
+@pytest.mark.parametrize(("sigma", "doubted"), [(0.1249, 1), (0.1251, 0)])
+def test_a_bore_of_which_half_a_rim_is_off_is_in_doubt_however_little(sigma: float, doubted: int) -> None:
+    it, wall = signs(((0, 2), 60, 60, 0.9, 9.0, 9)), np.arange(SURFACES) == 2
+    faces = replace(it.surfaces, mm=np.where(wall, -0.5, np.nan), sigma=np.where(wall, sigma, np.nan))
+    assert said(decided(replace(it, surfaces=faces)))["hole"][0] == ("confirmed", "not_confirmed")[doubted]
+
+
 def moved(it: Signs, log_odds: float = 8.0) -> Signs:
     """Faces 0 and 3 are found 1.5 mm outward, surely."""
     at = np.isin(np.arange(SURFACES), [0, 3])

@@ -227,6 +227,17 @@ def test_a_bore_lies_where_its_rim_is_found(shift: tuple[float, float], wider: f
         assert found.log_odds[1] <= 0
 
 
+def test_a_piece_of_a_rim_that_may_be_in_place_is_measured_all_the_same() -> None:
+    """By its 40 px it lies elsewhere, at less than 20 to 1: nothing else tells of a bore of another diameter."""
+    edges, _ = rim(np.zeros(2), 0.6)
+    piece = (np.arange(190) >= 150).astype(float)
+    runs = replace(edges.runs, weight_px=np.bincount(edges.samples.run, piece).astype(float))
+    found = assessed(replace(edges, beside=replace(edges.beside, weight=piece), runs=runs))
+    assert 0 < found.log_odds[1] < 3
+    assert (found.mm[1], found.moved[1]) == (pytest.approx(-0.6, abs=0.02), False)
+    assert np.isnan(found.shift_sigma[1])
+
+
 @pytest.mark.parametrize(("in_place", "gone", "has_moved"), [(90, 90, True), (0, 100, False), (100, 0, False)])
 def test_what_is_in_place_or_hardly_found_elsewhere_has_not_moved(in_place: int, gone: int, has_moved: bool) -> None:
     """A rim 2 mm wider, of whose 190 px some are found in place, or nowhere: at most .5 may be."""
