@@ -30,7 +30,7 @@ from examples.render.views import Shot, rigid
 
 SIZE = (1280, 960)
 SAMPLES = 8  # rays a pixel, before the noise is taken out
-NAMES = ("left", *"bcdefgh")  # of the standpoints; exposure is by the first
+NAMES = ("left", *"bcdefgh")  # of the standpoints; exposure is by the first, and by all so that none is too bright
 APART_DEG = 20.0  # between two of them, seen from the object, at least
 ABOVE_DEG, BEFORE_DEG = (25.0, 70.0), (45.0, 90.0)  # above a part's table, and before the plate of the bulkhead
 REGION = np.array([420.0, 300.0])  # mm of the bulkhead
