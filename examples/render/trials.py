@@ -46,7 +46,7 @@ Meshes = Callable[[Any], dict[str, Any]]  # of the renderer's module
 LIST = Path(__file__).with_name("trials.csv")
 MODELS = Path("examples")
 SAMPLES = 16
-MOST_WHITE, MOST_WHITE_OF_STRANGER = 0.4, 0.25  # of the left picture, however far it is overexposed
+MOST_WHITE, MOST_WHITE_OF_STRANGER = 0.4, 0.25  # of the left picture, of strangers each, however overexposed
 PERCENTILE = 95.5
 WORLD_FROM_TABLE = rigid(Rotation.from_euler("z", 23.0, degrees=True), (850.0, -320.0, 740.0))
 
@@ -234,7 +234,9 @@ def write_trial(
         shown = on_object(linear["left"], caster, view) if on_table else linear["left"]
         _, white = expose(shown, 0, PERCENTILE, ev=exposure.ev)
         if stated:
-            white = max(white, *(float(np.percentile(it, 100 * (1 - MOST_WHITE_OF_STRANGER))) for it in linear.values()))
+            white = float(
+                max(white, *(np.percentile(it, 100 * (1 - MOST_WHITE_OF_STRANGER)) for it in linear.values()))
+            )
         elif not on_table:
             white = max(white, float(np.percentile(shown, 100 * (1 - MOST_WHITE))))
         for k, (side, image) in enumerate(linear.items()):
