@@ -234,9 +234,8 @@ def write_trial(
         shown = on_object(linear["left"], caster, view) if on_table else linear["left"]
         _, white = expose(shown, 0, PERCENTILE, ev=exposure.ev)
         if stated:
-            white = float(
-                max(white, *(np.percentile(it, 100 * (1 - MOST_WHITE_OF_STRANGER)) for it in linear.values()))
-            )
+            most = 100 * (1 - MOST_WHITE_OF_STRANGER)
+            white = max(white, *(float(np.percentile(it, most)) for it in linear.values()))
         elif not on_table:
             white = max(white, float(np.percentile(shown, 100 * (1 - MOST_WHITE))))
         for k, (side, image) in enumerate(linear.items()):
