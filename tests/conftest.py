@@ -47,8 +47,9 @@ def pytest_collection_finish() -> None:
     DUCKDB_CONFIG["threads"] = 1
 
 
-# Folders whose files share fixtures that take long (six bulkheads loaded): to one worker each.
-_TOGETHER = ("tests/variants",)
+# Files, or all of a folder, that share what takes long (a browser, six bulkheads loaded): to one worker each.
+_BROWSER = ("tests/app/cli/test_report.py", "tests/app/cli/test_serve.py", "tests/app/report/test_object.py")
+_TOGETHER = {"tests/variants": "variants", **dict.fromkeys(_BROWSER, "browser")}
 # What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
 # One of two workers makes stores of the command line's tests while the other runs Spark and the wheel, which need none,
 # and standpoints, which need another: it would wait for them.
@@ -70,14 +71,13 @@ _FIRST = (
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """The tests of a file, or of a folder of `_TOGETHER`, go to one worker: what they share is made once."""
+    """The tests of a file, or of those of `_TOGETHER`, go to one worker: what they share is made once."""
     from xdist.scheduler import LoadScopeScheduling
 
     class ByFile(LoadScopeScheduling):  # type: ignore[misc]
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.partition("::")[0]
-            folder = file.rpartition("/")[0]
-            return folder if folder in _TOGETHER else file
+            return _TOGETHER.get(file) or _TOGETHER.get(file.rpartition("/")[0], file)
 
     config.option.loadscopereorder = False  # of the order below, not of how many tests a file has
     return ByFile(config, log)
