@@ -424,7 +424,7 @@ SELECT run_id, hypothesis_no, rule, found, least, distance,
         ': ',
         CASE rule
             WHEN 'best' THEN 'it is the best'
-            WHEN 'rival' THEN 'it is a rival of the best'
+            WHEN 'rival' THEN 'it explains as much: a rival, if it lies farther off than is needed'
             WHEN 'symmetric' THEN 'the symmetric model looks from there as from the best'
             WHEN 'less_evidence' THEN concat('dropped, for more than ', CAST(least AS NUMERIC(18, 1)),
                 ' are needed to rival the likeliest')

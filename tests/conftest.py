@@ -50,9 +50,8 @@ def pytest_collection_finish() -> None:
 # Files, or all of a folder, that share what takes long (a browser, six bulkheads loaded): to one worker each.
 _BROWSER = ("tests/app/cli/test_report.py", "tests/app/cli/test_serve.py", "tests/app/report/test_object.py")
 _TOGETHER = {"tests/variants": "variants", **dict.fromkeys(_BROWSER, "browser")}
-# What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
-# One of two workers makes stores of the command line's tests while the other runs Spark and the wheel, which need none,
-# and standpoints, which need another: it would wait for them.
+# What takes longest goes first, so that no worker is left with it alone; Spark, the wheel and standpoints beside the
+# stores of the command line's tests, for which they need not wait.
 _FIRST = (
     "tests/find/test_parquet.py",
     "tests/app/cli/test_presence.py",

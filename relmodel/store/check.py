@@ -79,9 +79,7 @@ def check(store: Store) -> list[CheckResult]:
 
     Where the database fails in one of these, as it does on a damaged file, its error is the finding; the others run all
     the same."""
-    searches = [
-        (name, sql.description(name), partial(_offending, store, name=name)) for name in sql.query_names("check")
-    ]
+    searches = [(name, sql.description(name), partial(_query, store, name=name)) for name in sql.query_names("check")]
     searches += [
         ("references", "Rows whose reference leads nowhere.", partial(_references, store)),
         ("ledger", "Relations whose number of rows is not what runs committed.", partial(_ledger, store)),
@@ -140,7 +138,7 @@ def _unreadable(store: Store) -> list[dict[str, Any]]:
     return [{"relation": name, **row} for name in failing for row in _found(store, partial(read, [name]))]
 
 
-def _offending(store: Store, connection: Connection, name: str) -> list[dict[str, Any]]:
+def _query(store: Store, connection: Connection, name: str) -> list[dict[str, Any]]:
     return [dict(row._mapping) for row in store.rows(connection, name)]
 
 

@@ -343,7 +343,7 @@ def turn(file: Path) -> Iterator[None]:
         descriptor = _locked(lock)
     try:
         with _as_store_errors(file):
-            _remove(_new(file))
+            _remove(Path(f"{file}.new"))
             _put(file)
         yield
     finally:
@@ -374,7 +374,7 @@ def replacing(file: Path) -> Iterator[Path]:
 
     Meanwhile nobody writes the file, and readers keep what they opened.  Raises StoreError where another process writes
     the file, or its folder cannot be written."""
-    new, log = _new(file), Path(f"{file}.wal")
+    new, log = Path(f"{file}.new"), Path(f"{file}.wal")
     with ExitStack() as stack:
         with _as_store_errors(file):
             if file.exists():
@@ -401,10 +401,6 @@ def replacing(file: Path) -> Iterator[Path]:
             with suppress(OSError):
                 _remove(new)
             raise
-
-
-def _new(file: Path) -> Path:
-    return Path(f"{file}.new")
 
 
 def _whole(file: Path) -> Path:

@@ -115,7 +115,7 @@ class Locator:
         if prior is None:
             return self.doubt(located)
         likely = located.found.verdict.weighed.get("likely", 0.0)
-        if likely < self.p.localisation.verdict.min_posterior and _explain_enough(starts):
+        if likely < self.p.localisation.verdict.min_posterior and starts.score.max(initial=0.0) >= starts.enough:
             scanned = self.localise(target.stored, prior, replace(starts, enough=np.inf))
             located = max(located, located._replace(found=scanned), key=lambda it: it.found.verdict.posterior)
         doubted = self._without(prior) if located.found.verdict.verdict == "refused" else None
@@ -130,7 +130,7 @@ class Locator:
             return None
         everything = select_parts(self.scenes, self.world_id, self.world, self.seen.rig, None, self.p.selection)
         used, starts, relations = self.join(everything.stored.scene, None)
-        if not _explain_enough(starts):
+        if starts.score.max(initial=0.0) < starts.enough:
             return None
         found = self.localise(everything.stored, used, starts)
         located = self.doubt(Location(everything, used, found, relations))
@@ -195,10 +195,6 @@ class Locator:
         verdict = found.verdict.limited("absent_anywhere", *said, most)
         self.run.step("doubt")
         return it._replace(found=replace(found, verdict=verdict), account=account)
-
-
-def _explain_enough(starts: Perturbations) -> bool:
-    return bool(len(starts.score)) and float(starts.score.max()) >= starts.enough
 
 
 def doubt_calibration(seen: Observation, scene: Scene, prior: Prior | None) -> str | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import radians
@@ -30,7 +30,7 @@ from vision.localisation.hypotheses import (
 )
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex, correct_rig
-from vision.localisation.refine import MAX_PRIOR_SHARE, Fit, RefinedPose
+from vision.localisation.refine import MAX_PRIOR_SHARE, TEMPER, Explanation, Fit, RefinedPose, join_explanations
 from vision.localisation.support import GreyGrid, lay_grey_grids, measure_outlines
 from vision.localisation.verdict import HypothesisTable, Verdict, decide, find_standing, gather_elsewhere
 from vision.localisation.views import EdgeMeasurements, Observation, ViewArcs, collect_edge_measurements, find_view_arcs
@@ -326,8 +326,9 @@ def localise(
             hypotheses[n] = replace(hypotheses[n], told=weigh(hypotheses[n], indexes))
         hypotheses, standing, motions = _order(hypotheses, scene, p)
         clock.lap("weigh")
+    hypotheses[0], standing = join_near(hypotheses, standing, needs)
     best = hypotheses[0]
-    equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None])]
+    equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None])[1:]]
     names = rig.cameras if len(rig.cameras) > 1 else ()
     single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in names}
     solved = correct_rig(rig, best.camera_unknowns)
@@ -339,7 +340,7 @@ def localise(
     rivals = [hypotheses[h] for h in standing[1:]]
     apart = list(single.values())
     return Localisation(
-        verdict, best, hypotheses, rivals, equivalent[1:], apart, solved, indexes, views, clock.laps, stages
+        verdict, best, hypotheses, rivals, equivalent, apart, solved, indexes, views, clock.laps, stages
     )
 
 
@@ -357,6 +358,19 @@ def _order(
     others = [replace(h, is_symmetric=m is not None) for h, m in zip(others, motions, strict=True)]
     ordered = [replace(best, is_symmetric=False), *others]
     return ordered, find_standing(HypothesisTable.of(ordered), p.verdict), motions
+
+
+def join_near(hypotheses: Sequence[RefinedPose], standing: Ints, needs: Needs) -> tuple[RefinedPose, Ints]:
+    """The first of the hypotheses that stand, and which do still: those that lie no farther from it than is needed are
+    no rivals, and join its covariance."""
+    best = hypotheses[standing[0]]
+    apart = perturbations(best.world_from_rig, np.stack([hypotheses[n].world_from_rig for n in standing]))
+    aside = np.linalg.norm(apart[:, :3] + np.cross(apart[:, 3:], best.middle), axis=1)
+    near = (aside <= needs.translation_mm) & (np.linalg.norm(apart[:, 3:], axis=1) <= needs.rotation)
+    others = (hypotheses[n] for n in standing[near][1:])
+    joined = [Explanation(h.world_from_rig, h.covariance, -TEMPER * max(h.cost - best.cost, 0.0)) for h in others]
+    covariance = join_explanations(best.world_from_rig, best.covariance, joined)
+    return replace(best, covariance=covariance), np.append(standing[:1], standing[~near])
 
 
 def say_why_nothing(rig: Rig, prior: Prior, is_joined: bool) -> str:

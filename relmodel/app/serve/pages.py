@@ -206,7 +206,7 @@ def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole:
 
 def _in_short(table: PageTable, runs: Sequence[Any]) -> PageTable:
     """What a list shows of some runs of a table: their own pages have all."""
-    pictures = [_picture_of(r.run if r.verdict else None) for r in runs]
+    pictures = [f"/picture/run/{r.run}" if r.verdict else "" for r in runs]
     return replace(
         table,
         columns=RUN_IN_SHORT,
@@ -215,11 +215,6 @@ def _in_short(table: PageTable, runs: Sequence[Any]) -> PageTable:
         links=[f"/run/{r.run}" for r in runs],
         pictures=pictures if any(pictures) else (),
     )
-
-
-def _picture_of(run: int | None) -> str:
-    """Where the picture of an inspection is."""
-    return "" if run is None else f"/picture/run/{run}"
 
 
 def _newest(store: Store, connection: Connection) -> str:
@@ -364,7 +359,7 @@ def lists() -> dict[str, Question]:
         Question(
             *("parts", "Physical parts", sql.query("serve/parts")),
             link=lambda row: f"/part?{urlencode({'serial': row['serial']})}",
-            picture=lambda row: _picture_of(row["answered"]),
+            picture=lambda row: "" if row["answered"] is None else f"/picture/run/{row['answered']}",
         ),
         Question(
             *("objects", "Objects", sql.query("serve/objects")),

@@ -168,11 +168,10 @@ def minimal(
 ) -> Inspection:
     """A copy of that store, in which the blocks were inspected once more by cameras of other names, which come in
     another order, beside one that sees nothing, with decisions alone kept."""
-    folder, pair = tmp_path_factory.mktemp("named"), blocks_pair
+    folder, pair, of = tmp_path_factory.mktemp("named"), blocks_pair, blocks_pair.rig["cameras"]
     capped = np.random.default_rng(1).normal(8, 1, (240, 320)).clip(0, 255)
     Image.fromarray(capped.astype(np.uint8)).save(folder / "capped.png")
-    cameras = {"capped": pair.rig["cameras"]["right"], "prior": pair.rig["cameras"]["left"]}
-    cameras["below"] = pair.rig["cameras"]["right"]
+    cameras = {"capped": of["right"], "prior": of["left"], "below": of["right"]}
     (folder / "named.yaml").write_text(yaml.safe_dump({"cameras": cameras}, sort_keys=False))
     pictures = [f"below={pair.right}", f"capped={folder / 'capped.png'}", f"prior={pair.left}"]
     given = [pictures[0], "--rig", str(folder / "named.yaml"), "--prior", str(pair.prior_file), *pictures[1:]]

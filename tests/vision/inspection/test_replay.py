@@ -59,8 +59,7 @@ def altered(blocks_on_postgresql: Inspection, copy_store: CopyStore, tmp_path_fa
     return target
 
 
-Sigmas = list[Floats]
-Again = tuple[int, dict[str, Any], str, Sigmas]
+Again = tuple[int, dict[str, Any], str, list[Floats]]
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +86,7 @@ def made_again(altered: str, blocks_on_postgresql: Inspection) -> Again:
 
 def test_each_altered_row_is_told_and_no_other(made_again: Again, altered: str) -> None:
     """Of all relations that the run wrote."""
-    status, rows, _, _ = made_again
+    status, rows, words, _ = made_again
     same, found = ({name: it for name, it in rows.items() if bool(it["differing"]) == d} for d in (False, True))
     assert all(it["rows"] == it["again"] > 0 and (it["difference"] or 0.0) < 1e-9 for it in same.values())
     with Store.open(altered, read_only=True) as store, store.read() as connection:
@@ -103,10 +102,7 @@ def test_each_altered_row_is_told_and_no_other(made_again: Again, altered: str) 
     assert found["threshold"]["difference"] == pytest.approx(1 / 31)  # of values above 1 as a share
     assert found["hypothesis"]["again"] - found["hypothesis"]["rows"] == found["hypothesis"]["differing"] == 1
     assert (found["part_in_view"]["column"], found["part_in_view"]["difference"]) == ("path", None)
-
-
-def test_what_has_changed_since_is_named(made_again: Again) -> None:
-    words = made_again[2]
+    # What has changed since is named.
     assert f"numpy was 1.0 and is {np.__version__}" in words
     assert "the code of relmodel is another than the run's" in words
     assert "the world table has changed since" in words

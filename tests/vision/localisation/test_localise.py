@@ -13,7 +13,7 @@ import pytest
 
 from relmodel.arrays import Bytes, Floats, Ints
 from tests.vision.localisation.scenes import above, blocks, endless_blocks, off, picture, stereo_rig, thinned
-from vision.cameras.cameras import Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import Needs, Prior, Rig, perturb, perturbation
 from vision.extraction.extract import extract
 from vision.extraction.rows import Primitives, make_primitives
 from vision.localisation import hypotheses
@@ -192,6 +192,15 @@ def at(x: float, found: float = 0.0, **given: Any) -> RefinedPose:
 
 def places(poses: Sequence[RefinedPose]) -> list[int]:
     return [round(h.world_from_rig[0, 3]) for h in poses]
+
+
+@pytest.mark.parametrize(("x", "left"), [(3.9, [0, 2]), (4.1, [0, 1, 2])])
+def test_poses_within_what_is_needed_are_no_rivals_and_widen_what_is_known(x: float, left: list[int]) -> None:
+    """Equally likely, with needs of 4 mm."""
+    best, standing = localise_module.join_near([at(0, 9.0), at(x, 9.0), at(9, 9.0)], np.arange(3), Needs(4.0, 0.01))
+    assert standing.tolist() == left
+    wider = np.diag([1 + x**2 / 2 * (len(left) == 2), 1, 1, 1, 1, 1])
+    np.testing.assert_allclose(best.covariance, wider, rtol=0.01)
 
 
 class Landscape:
