@@ -363,7 +363,7 @@ def _locked(lock: Path) -> int:
 
 def recover(file: Path) -> None:
     """Move a file into place that a process completed before it was killed."""
-    if _whole(file).exists():
+    if Path(f"{file}.whole").exists():
         with turn(file):
             pass
 
@@ -391,7 +391,7 @@ def replacing(file: Path) -> Iterator[Path]:
                     raise StoreError(f"the store {file} could not be written whole: free space on its disk")
                 _sync(new)
                 if log.exists():  # its content is in the new file: the two must never exist together
-                    new.replace(_whole(file))
+                    new.replace(f"{file}.whole")
                     _sync(file.parent)
                     _put(file)
                 else:
@@ -403,12 +403,8 @@ def replacing(file: Path) -> Iterator[Path]:
             raise
 
 
-def _whole(file: Path) -> Path:
-    return Path(f"{file}.whole")
-
-
 def _put(file: Path) -> None:
-    whole = _whole(file)
+    whole = Path(f"{file}.whole")
     if whole.exists():
         Path(f"{file}.wal").unlink(missing_ok=True)
         whole.replace(file)

@@ -30,7 +30,7 @@ from vision.localisation.hypotheses import (
 )
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex, correct_rig
-from vision.localisation.refine import MAX_PRIOR_SHARE, TEMPER, Explanation, Fit, RefinedPose, join_explanations
+from vision.localisation.refine import MAX_PRIOR_SHARE, Fit, LastStep, RefinedPose, join_explanations
 from vision.localisation.support import GreyGrid, lay_grey_grids, measure_outlines
 from vision.localisation.verdict import HypothesisTable, Verdict, decide, find_standing, gather_elsewhere
 from vision.localisation.views import EdgeMeasurements, Observation, ViewArcs, collect_edge_measurements, find_view_arcs
@@ -329,8 +329,8 @@ def localise(
     hypotheses[0], standing = join_near(hypotheses, standing, needs)
     best = hypotheses[0]
     equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None])[1:]]
-    names = rig.cameras if len(rig.cameras) > 1 else ()
-    single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in names}
+    several = rig.cameras if len(rig.cameras) > 1 else ()
+    single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in several}
     solved = correct_rig(rig, best.camera_unknowns)
     elsewhere = gather_elsewhere(near, solved, best.prediction, fine, solver.greys, best.world_from_rig, p)
     verdict = decide(hypotheses, standing, single, elsewhere, rig, needs, p.verdict)
@@ -338,9 +338,8 @@ def localise(
     views = {name: _view(scene, solved, name, best, indexes[name]) for name in rig.cameras}
     clock.lap("view")
     rivals = [hypotheses[h] for h in standing[1:]]
-    apart = list(single.values())
     return Localisation(
-        verdict, best, hypotheses, rivals, equivalent, apart, solved, indexes, views, clock.laps, stages
+        verdict, best, hypotheses, rivals, equivalent, list(single.values()), solved, indexes, views, clock.laps, stages
     )
 
 
@@ -367,10 +366,11 @@ def join_near(hypotheses: Sequence[RefinedPose], standing: Ints, needs: Needs) -
     apart = perturbations(best.world_from_rig, np.stack([hypotheses[n].world_from_rig for n in standing]))
     aside = np.linalg.norm(apart[:, :3] + np.cross(apart[:, 3:], best.middle), axis=1)
     near = (aside <= needs.translation_mm) & (np.linalg.norm(apart[:, 3:], axis=1) <= needs.rotation)
-    others = (hypotheses[n] for n in standing[near][1:])
-    joined = [Explanation(h.world_from_rig, h.covariance, -TEMPER * max(h.cost - best.cost, 0.0)) for h in others]
-    covariance = join_explanations(best.world_from_rig, best.covariance, joined)
-    return replace(best, covariance=covariance), np.append(standing[:1], standing[~near])
+    last = best.last_step or LastStep(best.world_from_rig, best.camera_unknowns, best.covariance, [])
+    joined = best.against([hypotheses[n] for n in standing[near][1:]])
+    last = replace(last, explanations=[*last.explanations, *joined])
+    covariance = join_explanations(last.world_from_rig, last.covariance, last.explanations)
+    return replace(best, covariance=covariance, last_step=last), np.append(standing[:1], standing[~near])
 
 
 def say_why_nothing(rig: Rig, prior: Prior, is_joined: bool) -> str:

@@ -207,6 +207,10 @@ class RefinedPose:
         far = 0.0 if np.isnan(self.prior_sigma) else 0.5 * self.prior_sigma**2
         return far + self.strain - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
 
+    def against(self, others: list[RefinedPose]) -> list[Explanation]:
+        """Others, as they explain the pictures instead."""
+        return [Explanation(h.world_from_rig, h.covariance, -TEMPER * max(h.cost - self.cost, 0.0)) for h in others]
+
 
 def _distance(a: RefinedPose, b: RefinedPose) -> float:
     """How far pose a lies from b, in sigmas of b."""
@@ -272,9 +276,7 @@ class Fit:
         other = min([near, start], key=lambda h: (h.sees_nothing, h.cost))
         if refined.sees_nothing or (not other.sees_nothing and other.cost < refined.cost - LEAST_GAIN):
             refined = other
-        explanations = [
-            Explanation(h.world_from_rig, h.covariance, -TEMPER * max(h.cost - refined.cost, 0.0)) for h in rejected
-        ]
+        explanations = refined.against(rejected)
         rest = tuple(self._take_step(h, []) for h in rejected)
         return replace(self._take_step(refined, explanations), others=rest)
 
