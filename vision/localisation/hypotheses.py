@@ -470,6 +470,7 @@ def _in_threads(count: int, work: Callable[[slice], None]) -> None:
 
 
 def scan_prior(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tuple[Floats, Floats]:
+    """Perturbations (k, 6) all over the prior's volume, each with the best of some turns, and their scores (k,)."""
     from vision.localisation import kernels
 
     factor = np.asarray(np.linalg.cholesky(prior.covariance), float)

@@ -348,6 +348,7 @@ def _rigid(trsf: Any) -> tuple[np.ndarray[Any, Any], float]:
 
 
 def scale_shape(shape: Any, factor: float) -> Any:
+    """A shape of the CAD kernel that many times as large."""
     if factor == 1.0:
         return shape
     scaling = gp_Trsf()

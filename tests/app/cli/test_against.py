@@ -151,10 +151,9 @@ def test_none_of_what_is_asked_for(held: Held, copy_store: CopyStore, tmp_path: 
     assert main(["export", "--run", run, "-o", str(tmp_path / "answer.json"), *where]) == 0
     exported = json.loads((tmp_path / "answer.json").read_text())
     assert (exported["prior"], exported["world_from_rig"]) == (None, None)
+    # As if nothing doubted the rig.
     with Store.open(target := copy_store(held.store)) as store, store.write() as connection:
-        connection.exec_driver_sql(
-            "DELETE FROM inspection_sentence WHERE kind = 'rig'"
-        )  # as if nothing doubted the rig
+        connection.exec_driver_sql("DELETE FROM inspection_sentence WHERE kind = 'rig'")
     assert asked(target, "SELECT cause FROM why_verdict_cause WHERE run_id = :run", run=answer["run"]) == [("nothing",)]
 
 

@@ -50,9 +50,6 @@ def test_what_matching_goes_by_is_worked_out_anew(blocks_seen: Inspection, copy_
             assert found == expected, (change, changed.rowcount)
 
 
-DOCS = Path(__file__).parents[3] / "docs"
-
-
 def altered(target: str, *statements: str) -> str:
     with Store.open(target) as store, store.write() as connection:
         for statement in statements:

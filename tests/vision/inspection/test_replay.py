@@ -25,7 +25,7 @@ from tests.json_schema import violations
 from tests.reading import load
 from tests.synthetic_model import write_world
 from vision.cameras.cameras import perturb
-from vision.inspection.replay import replay
+from vision.inspection.replay import Replay, replay
 from vision.presence.states import assess
 
 SCHEMA = Path(__file__).parents[3] / "docs/json/replay.schema.json"
@@ -106,6 +106,11 @@ def test_each_altered_row_is_told_and_no_other(made_again: Again, altered: str) 
     assert f"numpy was 1.0 and is {np.__version__}" in words
     assert "the code of relmodel is another than the run's" in words
     assert "the world table has changed since" in words
+
+
+def test_what_agrees_ends_well(altered: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vision.inspection.replay.replay", lambda *_: Replay([], []))
+    assert main(["replay", "--store", altered]) == 0
 
 
 def test_sizes_err_by_what_was_solved_toward_the_bright_side(made_again: Again) -> None:
