@@ -137,7 +137,7 @@ def test_what_tells_the_variants_apart_is_named(held: Held) -> None:
 
 
 def test_none_of_what_is_asked_for(held: Held, copy_store: CopyStore, tmp_path: Path, capsys: Capsys) -> None:
-    """Nor a pose, which pages and files do without."""
+    """Nor a pose, which pages and files do without; where nothing doubts the rig either, nothing is the cause."""
     answer = held.answers["foreign"]
     assert (answer["verdict"], answer["outcome"]["cause"]) == ("refused", "calibration")
     assert answer["reason"].startswith("its poses are inverted")
@@ -151,7 +151,6 @@ def test_none_of_what_is_asked_for(held: Held, copy_store: CopyStore, tmp_path: 
     assert main(["export", "--run", run, "-o", str(tmp_path / "answer.json"), *where]) == 0
     exported = json.loads((tmp_path / "answer.json").read_text())
     assert (exported["prior"], exported["world_from_rig"]) == (None, None)
-    # As if nothing doubted the rig.
     with Store.open(target := copy_store(held.store)) as store, store.write() as connection:
         connection.exec_driver_sql("DELETE FROM inspection_sentence WHERE kind = 'rig'")
     assert asked(target, "SELECT cause FROM why_verdict_cause WHERE run_id = :run", run=answer["run"]) == [("nothing",)]
