@@ -344,7 +344,8 @@ def record_decisions(
         camera=cameras * len(supports),
         **{name: np.concatenate([getattr(it, field) for it in supports]) for name, field in columns.items()},
     )
-    unknowns, own = describe_unknowns(rig), found.best.camera_unknowns.copy()
+    unknowns, own = describe_unknowns(rig), found.best.shown.copy()
+    own[:, PLACE] = found.best.camera_unknowns[:, PLACE]
     if unknowns.bases:  # the pose was found from where pictures of each carrier have its base
         placed = found.rig.rig_from_camera
         own[:, PLACE] = [perturbation(rig.rig_from_camera[name], placed[name]) for name in cameras]

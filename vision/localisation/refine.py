@@ -13,6 +13,7 @@ from vision.localisation.hypotheses import Evidence, Fields, Prediction, climb_w
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import (
     ARC_SHIFT_PX,
+    COUNT,
     PLACE,
     EdgeIndex,
     Measurements,
@@ -158,9 +159,9 @@ class RefinedPose:
     is_symmetric: whether the model, carried onto itself, leads here from the best pose.  is_rough: whether it was only
     looked at roughly, as rivals are.  told: log odds of the account of all edges seen from here, NaN where it was not
     asked.  others: poses that explain the pictures by other occurrences being off their place, or by none.
-    solved (u,): what was solved of the cameras, of which their unknowns follow; left (6 + u, 6 + u): covariance of pose
-    and that, were all errors of the measurements independent; strain: half of the sum of squares by which standpoints
-    are off, in sigmas.
+    solved (u,): what was solved of the cameras, of which their unknowns follow; shown (c, 11): these as the pictures
+    have them, the file held no more than it says; left (6 + u, 6 + u): covariance of pose and what was solved, were all
+    errors of the measurements independent; strain: half of the sum of squares by which standpoints are off, in sigmas.
     cost: half of the prior's distance squared and the strain, less the evidence of edges and outlines."""
 
     world_from_rig: Floats
@@ -179,6 +180,7 @@ class RefinedPose:
     told: float = float("nan")
     others: tuple[RefinedPose, ...] = ()
     solved: Floats = field(default_factory=lambda: np.zeros(0))
+    shown: Floats = field(default_factory=lambda: np.zeros((0, COUNT)))
     left: Floats = field(default_factory=lambda: np.zeros((6, 6)))
     strain: float = 0.0
 
@@ -383,6 +385,7 @@ class Fit:
             measure_support(prediction, m, own - laid, self.fields, self.cameras, np.where(votes, -1, occurrence)),
             self.prior.distance(pose),
             solved=solved,
+            shown=own,
             left=inverse,
             strain=0.5 * sum(float(solved[it] @ solved[it]) for it in self.unknowns.standpoints.values()),
         )
@@ -437,17 +440,21 @@ class Fit:
     def _take_step(self, refined: RefinedPose, explanations: list[Explanation]) -> RefinedPose:
         """A pose after one more step on what was measured there, with the covariance that the explanations of the
         pictures leave.  Beyond MAX_LAST_STEP_SIGMA it is not taken: the pose then stands for what it gathers, not for
-        where its edges lie."""
+        where its edges lie.  The pose holds calibrations to their file (`CameraUnknowns.held`)."""
         _, hessian, gradient = self._measured(refined)
         step = np.asarray(np.linalg.solve(hessian, gradient), float)
-        pose, solved = refined.world_from_rig, refined.solved
+        pose, solved, shown = refined.world_from_rig, refined.solved, refined.solved
         if step @ hessian @ step <= MAX_LAST_STEP_SIGMA**2:
+            shown, held = solved + step[6:], np.append(np.zeros(6), self.unknowns.held)
+            gradient[6:] -= held[6:] * (solved - self.unknowns.expected)
+            step = np.asarray(np.linalg.solve(hessian + np.diag(held), gradient), float)
             pose, solved = perturb(pose, step[:6]), solved + step[6:]
         return replace(
             refined,
             world_from_rig=pose,
             camera_unknowns=self.unknowns.of_cameras(solved),
             solved=solved,
+            shown=self.unknowns.of_cameras(shown),
             covariance=join_explanations(refined.world_from_rig, refined.covariance, explanations),
             prior_sigma=self.prior.distance(pose),
             last_step=LastStep(refined.world_from_rig, refined.camera_unknowns, refined.covariance, explanations),

@@ -348,7 +348,7 @@ def decide(
     """The verdict on the first of the hypotheses that stand; `by_camera`: the poses that single cameras give, in the
     rig's order, where there are several; `elsewhere`: what poses elsewhere gather."""
     best = hypotheses[standing[0]]
-    misfits = [find_misfit(rig, best.camera_unknowns, best.unknowns_sigma)]
+    misfits = [find_misfit(rig, best.shown, best.unknowns_sigma)]
     misfits += [it.misfit for it in compare_standpoints(rig, best).values()]
     evidence = PoseEvidence(
         measure_agreement(best, p),
@@ -417,8 +417,7 @@ def compute_shown(rig: Rig, left: Floats) -> Floats:
 
 
 def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:
-    """What of the cameras' unknowns (c, 11) lies most standard deviations, of what the pictures show, from the rig's
-    file; left: as `compute_shown` has it.  None where all is exact."""
+    """What of the cameras' unknowns (c, 11), as pictures show them, lies most standard deviations from the rig's file; left: as `compute_shown` has it.  None where all is exact."""
     unknowns = describe_unknowns(rig)
     known = unknowns.sigma > CALIBRATION_PX * np.isin(UNKNOWNS, ["centre_u", "centre_v"])
     known[:, RESPONSE] = False

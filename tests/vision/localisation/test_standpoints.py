@@ -81,19 +81,18 @@ def test_it_ends_where_scipy_does() -> None:
         left = np.where(hit, np.einsum("ni,ni->n", normal, position - pixel) - m.response * own[p.view, 0], 0.0)
         mean = np.bincount(group, weight**2 * left) / np.maximum(known, 1e-12)
         away = perturbation(fit.prior.world_from_rig, perturb(start, x[:6]))
-        priors = np.concatenate(
-            [np.linalg.cholesky(fit.prior.information).T @ away, np.sqrt(fit.unknowns.precision) * (solved - expected)]
-        )
+        priors = np.concatenate([np.linalg.cholesky(fit.prior.information).T @ away, held * (solved - expected)])
         return np.concatenate([weight * (left - keep * mean[group]), priors])
 
-    expected = fit.unknowns.expected
+    expected, held = fit.unknowns.expected, np.sqrt(fit.unknowns.precision + fit.unknowns.held)
     best = least_squares(residuals, np.concatenate([np.zeros(6), expected]), x_scale=np.sqrt(np.diag(found.left)))
     assert len(best.x) == 6 + count
     taken = np.concatenate([perturbation(start, found.world_from_rig), found.solved])
     sigmas = (taken - best.x) / np.sqrt(np.diag(found.left))
     assert np.abs(sigmas).max() < 0.05
     jacobian: Floats = np.asarray(best.jac, float)
-    np.testing.assert_allclose(np.linalg.inv(jacobian.T @ jacobian)[:6, :6], found.left[:6, :6], rtol=0.1, atol=1e-7)
+    information = jacobian.T @ jacobian - np.diag(np.append(np.zeros(6), fit.unknowns.held))
+    np.testing.assert_allclose(np.linalg.inv(information)[:6, :6], found.left[:6, :6], rtol=0.1, atol=1e-7)
     assert np.ptp(found.camera_unknowns[:, 1:4], axis=0).max() == 0  # one camera, wherever it stands
     # How far standpoints are off, by what tells it: what pictures leave open errs 1.4 times as much as they say.
     for name, it in compare_standpoints(fit.rig, found).items():
@@ -152,4 +151,4 @@ def test_standpoints_are_found_that_lie_further_off_than_least_squares_looks() -
     solved = correct_rig(fit.rig, found.camera_unknowns).rig_from_camera
     assert max(np.linalg.norm((solved[n] - it)[:3, 3]) for n, it in true.rig_from_camera.items()) < 2.5
     standpoints = fit.unknowns.standpoints.values()
-    assert found.strain == pytest.approx(sum((found.solved[it] ** 2).sum() / 2 for it in standpoints), rel=1e-3)
+    assert found.strain == pytest.approx(sum((found.solved[it] ** 2).sum() / 2 for it in standpoints), rel=5e-3)
