@@ -12,6 +12,7 @@ from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import Evidence, Fields, Prediction, climb_within, flow_in_camera, predict
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import (
+    ALIKE,
     ARC_SHIFT_PX,
     COUNT,
     PLACE,
@@ -53,10 +54,10 @@ LEADING_SHARE, LEADING_ARCS = 0.5, 8
 
 
 def compute_covariance(
-    m: Measurements, held: Measurements, prediction: Prediction, stretch: Ints, hessian: Floats
+    m: Measurements, held: Measurements, prediction: Prediction, stretch: Ints, hessian: Floats, beyond: Floats
 ) -> Floats:
     """Covariance (6, 6) of a pose from its measurements, as they are and as `hold_shifts` gives them: that of an
-    M-estimator (Huber, 1981) whose measurements err in several ways.
+    M-estimator (Huber, 1981) whose measurements err in several ways; beyond (u,): of `CameraUnknowns.held`.
 
     Samples near each other err together (texture, shading), so stretches of arcs (of `group_by_stretch`) are what is
     independent.  The image of an arc may be shifted as a whole (light, a clipped edge, an arc not where the model
@@ -69,6 +70,8 @@ def compute_covariance(
     data = (held.jacobian * weight[:, None]).T @ held.jacobian
     # How far the loss bends away from the least squares that its weights make of it.
     bend = np.clip((m.slope / m.sigma**2).sum() / max(float(weight.sum()), 1e-12), 0.2, 1.0)
+    kept = np.diag(np.append(np.zeros(6), beyond))
+    hessian = hessian + kept
     inverse = np.linalg.inv(hessian - (1 - bend) * data)
     known = np.bincount(group, weight)
     rows = np.flatnonzero(known > 0)
@@ -89,7 +92,7 @@ def compute_covariance(
     variance = scattered / (usual + float((length * (1 - followed) ** 2).sum()))
     expected = np.bincount(group, m.weight * prediction.tolerance_px**2)[rows]
     variance = max(variance - float(expected.sum() / length.sum()), 0.0)
-    meat = scatter.T @ scatter + variance * shift.T @ shift + hessian - data
+    meat = scatter.T @ scatter + variance * shift.T @ shift + hessian - data + ALIKE * kept
     meat += _scatter_by_tolerance(held, prediction, weight)
     covariance = (inverse @ meat @ inverse)[:6, :6] + _scatter_without_arcs(held, group, hessian)
     return np.asarray((covariance + covariance.T) / 2)
@@ -376,7 +379,7 @@ class Fit:
         inverse, shared = np.asarray(np.linalg.inv(hessian), float), self.unknowns.shared
         return RefinedPose(
             pose,
-            compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian),
+            compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian, self.unknowns.held),
             own,
             np.sqrt(np.maximum(np.einsum("ciu,uv,civ->ci", shared, inverse[6:, 6:], shared, optimize=True), 0.0)),
             prediction,

@@ -417,7 +417,8 @@ def compute_shown(rig: Rig, left: Floats) -> Floats:
 
 
 def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:
-    """What of the cameras' unknowns (c, 11), as pictures show them, lies most standard deviations from the rig's file; left: as `compute_shown` has it.  None where all is exact."""
+    """What of the cameras' unknowns (c, 11), as pictures show them, lies most standard deviations from the rig's file;
+    left: as `compute_shown` has it.  None where all is exact."""
     unknowns = describe_unknowns(rig)
     known = unknowns.sigma > CALIBRATION_PX * np.isin(UNKNOWNS, ["centre_u", "centre_v"])
     known[:, RESPONSE] = False

@@ -112,7 +112,7 @@ def test_the_covariance_is_that_of_independent_stretches_arcs_and_priors(toleran
     hessian[:6, :6] += turn.T @ fit.prior.information @ turn
     hessian[6:, 6:] += np.diag(unknowns.precision)
     stretch = group_by_stretch(p)
-    covariance = compute_covariance(m, held, p, stretch, hessian)
+    covariance = compute_covariance(m, held, p, stretch, hessian, np.zeros(len(hessian) - 6))
     np.testing.assert_allclose(found.covariance, covariance, rtol=1e-6, atol=1e-12)
 
     bend = min(max((m.slope / m.sigma**2).sum() / w.sum(), 0.2), 1.0)
