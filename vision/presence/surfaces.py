@@ -499,17 +499,25 @@ def _bend(samples: Samples, count: int) -> tuple[Bools, Floats, Floats]:
 
 LEAST_FACES = 6  # whose fit says something of the object
 MOST_SIGMAS = 6.0  # as which a face counts at most, however far it lies off; one that lies farther off holds no pose
+TOGETHER_SIGMAS = 3.0  # by which the shifts of bores and bosses differ at most that are one change
 
 
 def measure_misfit(surfaces: SceneSurfaces, holding: Bools) -> tuple[float, int] | None:
-    """By how many standard deviations (rms) the faces that hold the pose and have not moved lie off, but the one that
-    lies off most, which may be a change, and that one; None where they are few; holding (s,)."""
-    measured = np.flatnonzero(holding & np.isfinite(surfaces.mm) & ~surfaces.moved)
-    off = np.abs(surfaces.mm / surfaces.sigma)[measured]
+    """By how many standard deviations (rms) the faces that hold the pose and have not moved lie off, outward and those
+    that bend around aside, but the one that lies off most and what is shifted with it, which may be a change, and that
+    one; None where they are few; holding (s,)."""
+    flat = np.flatnonzero(holding & np.isfinite(surfaces.mm) & ~surfaces.moved)
+    bent = flat[np.isfinite(surfaces.shift_sigma[flat])]
+    shift, sigma = surfaces.shift[bent], surfaces.shift_sigma[bent]
+    off = np.append(np.abs(surfaces.mm / surfaces.sigma)[flat], np.linalg.norm(shift, axis=1) / sigma)
     if len(off) < LEAST_FACES:
         return None
-    order = np.argsort(off, kind="stable")
-    return float(np.sqrt((np.minimum(off[order[:-1]], MOST_SIGMAS) ** 2).mean())), int(measured[order[-1]])
+    most = int(np.argmax(off))
+    rest, aside = np.arange(len(off)) != most, most - len(flat)
+    if aside >= 0:
+        apart = np.linalg.norm(shift - shift[aside], axis=1)
+        rest[len(flat) :] &= apart > TOGETHER_SIGMAS * np.hypot(sigma, sigma[aside])
+    return float(np.sqrt((np.minimum(off[rest], MOST_SIGMAS) ** 2).mean())), int(np.append(flat, bent)[most])
 
 
 ALONG = 0.7  # cosine of the angle up to which faces look alike: they say where the object lies along one direction

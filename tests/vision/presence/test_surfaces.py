@@ -332,20 +332,27 @@ def test_a_face_may_hold_the_pose_unless_more_others_do(
 
 
 @pytest.mark.parametrize(
-    ("off", "moved", "said"),
+    ("off", "moved", "shifts", "said"),
     [
-        ([1, -1, 1, -1, 1, 5], [], (1.0, 5)),  # without the farthest
-        ([3, -4, 0, 0, 0, 0], [], (1.8**0.5, 1)),
-        ([-2, -9, 0, 0, 0, 0, 8], [], ((4 + 36) ** 0.5 / 6**0.5, 1)),  # none counts more than six
-        ([1, 1, 1, 1, 1, 1, 9], [6], (1.0, 5)),  # what has moved is told of by itself
-        ([1, 1, 1, 1, 1, 9], [5], None),  # too few
+        ([1, -1, 1, -1, 1, 5], [], [], (1.0, 5)),  # without the farthest
+        ([3, -4, 0, 0, 0, 0], [], [], (1.8**0.5, 1)),
+        ([-2, -9, 0, 0, 0, 0, 8], [], [], ((4 + 36) ** 0.5 / 6**0.5, 1)),  # none counts more than six
+        ([1, 1, 1, 1, 1, 1, 9], [6], [], (1.0, 0)),  # what has moved is told of by itself
+        ([1, 1, 1, 1, 1, 9], [5], [], None),  # too few
+        ([1, 0, 0, 0], [], [(0, 3), (4, 0)], ((1 + 9) ** 0.5 / 5**0.5, 1)),  # a bore counts by its radius and its place
+        ([1, 0, 0, 0], [], [(0, 3), (0, 7), (4, 0)], ((1 + 16) ** 0.5 / 5**0.5, 1)),  # one is shifted with the farthest
     ],
 )
-def test_faces_in_place_lie_off_together(off: list[float], moved: list[int], said: tuple[float, int] | None) -> None:
+def test_faces_in_place_lie_off_together(
+    off: list[float], moved: list[int], shifts: list[tuple[float, float]], said: tuple[float, int] | None
+) -> None:
     """In millimetres of sigmas of 2 mm; a face that is not measured or does not hold the pose says nothing."""
     count = len(off) + 2
     mm, sigma = np.array([*off, np.nan, 50.0]) * 2, np.full(count, 2.0)
-    it = cast(SceneSurfaces, SimpleNamespace(mm=mm, sigma=sigma, moved=np.isin(np.arange(count), moved)))
+    shift, bent = np.zeros((count, 3)), np.arange(count) < len(shifts)
+    shift[bent, :2] = 2.0 * np.array(shifts).reshape(-1, 2)
+    around = {"shift": shift, "shift_sigma": np.where(bent, sigma, np.nan)}
+    it = cast(SceneSurfaces, SimpleNamespace(mm=mm, sigma=sigma, moved=np.isin(np.arange(count), moved), **around))
     assert measure_misfit(it, np.arange(count) < count - 1) == (pytest.approx(said) if said else None)
 
 
