@@ -47,19 +47,17 @@ def mark(nodes: Floats, i: int, asked: Floats, q: int, hit: Bools) -> None:
         )
 
 
-@kernel("i8[::1](f8[:, :, ::1], i8, f8[:, ::1])")
-def entries_in_box(nodes: Floats, leaves: int, asked: Floats) -> Ints:
-    """Numbers of the entries that meet a box (1, 6): `entries_in_boxes` of one, in half its time."""
-    stack = np.empty(STACK, np.int64)
-    hit = np.empty(FANOUT, np.bool_)
-    found = np.empty(FIRST_ROOM, np.int64)
-    count = 0
+@helper
+def descend(
+    nodes: Floats, leaves: int, asked: Floats, q: int, stack: Ints, hit: Bools, found: Ints, count: int
+) -> tuple[Ints, int]:
+    """Write the numbers of the entries that meet box q behind the `count` first of those found; these, and how many."""
     stack[0] = len(nodes) - 1
     depth = 1
     while depth:
         depth -= 1
         node = stack[depth]
-        mark(nodes, node, asked, 0, hit)
+        mark(nodes, node, asked, q, hit)
         if node >= leaves:
             below = int(nodes[node, 6, 0])
             for k in range(FANOUT):
@@ -71,6 +69,14 @@ def entries_in_box(nodes: Floats, leaves: int, asked: Floats) -> Ints:
             for k in range(FANOUT):
                 found[count] = int(nodes[node, 6, k])
                 count += hit[k]
+    return found, count
+
+
+@kernel("i8[::1](f8[:, :, ::1], i8, f8[:, ::1])")
+def entries_in_box(nodes: Floats, leaves: int, asked: Floats) -> Ints:
+    """Numbers of the entries that meet a box (1, 6): `entries_in_boxes` of one, in half its time."""
+    stack, hit = np.empty(STACK, np.int64), np.empty(FANOUT, np.bool_)
+    found, count = descend(nodes, leaves, asked, 0, stack, hit, np.empty(FIRST_ROOM, np.int64), 0)
     return found[:count]
 
 
@@ -79,40 +85,19 @@ def entries_in_boxes(nodes: Floats, leaves: int, order: Ints, asked: Floats) -> 
     """Pairs (number of the box asked, number of the entry) where entries meet boxes (k, 6): two arrays, by box asked.
 
     order (k,): in which they are looked at; near ones after each other find the nodes in the processor's cache."""
-    stack = np.empty(STACK, np.int64)
-    hit = np.empty(FANOUT, np.bool_)
-    found = np.empty(FIRST_ROOM, np.int64)
-    begin = np.empty(len(asked), np.int64)
-    end = np.empty(len(asked), np.int64)
-    count = 0
+    stack, hit = np.empty(STACK, np.int64), np.empty(FANOUT, np.bool_)
+    found, count = np.empty(FIRST_ROOM, np.int64), 0
+    begin, end = np.empty(len(asked), np.int64), np.empty(len(asked), np.int64)
     for turn in range(len(order)):
         q = order[turn]
         begin[q] = count
-        stack[0] = len(nodes) - 1
-        depth = 1
-        while depth:
-            depth -= 1
-            node = stack[depth]
-            mark(nodes, node, asked, q, hit)
-            if node >= leaves:
-                below = int(nodes[node, 6, 0])
-                for k in range(FANOUT):
-                    stack[depth] = below + k
-                    depth += hit[k]
-            else:
-                below = node * FANOUT
-                if count + FANOUT > len(found):
-                    found = grown(found)
-                for k in range(FANOUT):
-                    found[count] = below + k
-                    count += hit[k]
+        found, count = descend(nodes, leaves, asked, q, stack, hit, found, count)
         end[q] = count
-    out_asked = np.empty(count, np.int64)
-    out_number = np.empty(count, np.int64)
+    out_asked, out_number = np.empty(count, np.int64), np.empty(count, np.int64)
     place = 0
     for q in range(len(asked)):
         for i in range(begin[q], end[q]):
-            out_asked[place], out_number[place] = q, int(nodes[found[i] // FANOUT, 6, found[i] % FANOUT])
+            out_asked[place], out_number[place] = q, found[i]
             place += 1
     return out_asked, out_number
 

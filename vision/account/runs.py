@@ -205,8 +205,7 @@ def _ways(found: Floats, n: Floats) -> Floats:
 def _predict_shows(
     samples: Samples, sides: Sides, head: Ints, surface: Ints, found: Floats, weight: Floats, p: RunParameters
 ) -> Floats:
-    """The share (r,) that runs between alike sides show elsewhere in the same picture, other edges of both of a run's
-    surfaces left out."""
+    """The share (r,) that runs between alike sides show elsewhere in the picture, without others of both its surfaces."""
     count, run = len(head), samples.run[sides.sample]
     looked = np.maximum(np.bincount(run, minlength=count), 1)
     nothing = p.background * (sides.surface < 0)
@@ -258,8 +257,7 @@ def take_account(
     views: Mapping[str, ViewArcs],
     p: AccountParameters,
 ) -> EdgeAccount:
-    """The account of what cameras see of a scene at a pose, by what it solved of the cameras; indexes, views: by
-    camera."""
+    """The account of what cameras see of a scene at a pose with its cameras as solved; indexes, views: by camera."""
     lists, (responses, _) = [indexes[name] for name in rig.cameras], split_response(pose.camera_unknowns[:, RESPONSE])
     can_show = [index.edges.can_show for index in lists]
     samples = collect_samples(stored, rig, can_show, pose.world_from_rig, views, p.samples)

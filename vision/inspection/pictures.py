@@ -248,8 +248,7 @@ class SeenPicture:
 def extract_pictures(
     run: Run, pictures: dict[str, Picture], parameters: ExtractionParameters, *, keep_images: bool
 ) -> dict[str, SeenPicture]:
-    """Pictures by camera with their extractions; of equal pictures there is one.  The store is let go of while
-    extracting."""
+    """Pictures by camera with their extractions, one of equal ones.  Extracting, the store is let go of."""
     store = run.store
     with store.read() as connection:
         known = {

@@ -52,8 +52,7 @@ class RelationComparison(NamedTuple):
 
 
 class Replay(NamedTuple):
-    """outcomes: of each relation that the run wrote.  others: what is another now than when the run was made, a
-    sentence each."""
+    """outcomes: of each relation that the run wrote.  others: what has changed since the run, a sentence each."""
 
     outcomes: list[RelationComparison]
     others: list[str]

@@ -519,8 +519,7 @@ def _draw(factor: Floats, count: int, seed: int) -> Floats:
 
 
 def climb_each(scene: Scene, rig: Rig, fine: Fields, prior: Prior, starts: Perturbations) -> Perturbations:
-    """Candidates (perturbations of the prior, whatever their scores mean), each led uphill on the fine evidence from a
-    prediction of its own."""
+    """Candidates (perturbations of the prior), each led uphill on the fine evidence from a prediction of its own."""
     steps = CLIMB_FIRST_PX, CLIMB_LAST_PX
     poses = perturb(prior.world_from_rig, starts.delta)
     reached = [climb_from(scene, rig, fine, pose, prior.information, steps) for pose in poses]

@@ -466,8 +466,7 @@ class Solver:
         return done, stages
 
     def _leave_out_arcs(self, done: list[RefinedPose]) -> None:
-        """Appends the poses that are left where an arc of the best is none of the object; nothing to a pose that the
-        edges speak against."""
+        """Appends the poses left where an arc of the best is none of the object, unless edges speak against it."""
         if done[0].support.found.sum() <= 0:
             return
         for h in self.fit.refine_without_arcs(done[0]):

@@ -29,8 +29,7 @@ SIGMAS = 4.0  # of the scale that the prior leaves open
 
 
 def doubt_scale(scene: Scene, seen: Observation, prior: Prior) -> str | None:
-    """Which camera's picture shows what a prior predicts so much larger that its calibration cannot be its own, in a
-    sentence."""
+    """A sentence on the camera whose picture is so much larger than predicted that its calibration is not its own."""
     for name, camera in seen.rig.cameras.items():
         prediction = predict(scene, seen.rig.only(name), prior.world_from_rig, SAMPLES, MARGIN_PX)
         if not len(prediction.point):

@@ -1,5 +1,4 @@
-"""Sub-pixel edge elements beside the samples of a prediction, and what of the cameras is solved along with the
-pose."""
+"""Sub-pixel edge elements beside the samples of a prediction, and what of the cameras is solved with the pose."""
 
 from __future__ import annotations
 

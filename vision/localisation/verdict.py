@@ -52,8 +52,7 @@ class Chance:
 
 @dataclass(frozen=True)
 class Elsewhere:
-    """What poses elsewhere gather by edges and outlines of all pictures, and by the edges of each camera's, in the
-    rig's order."""
+    """What poses elsewhere gather: by edges and outlines of all pictures, and by each camera's edges, in rig order."""
 
     together: Chance
     by_camera: list[Chance]

@@ -144,8 +144,7 @@ class MovingSurfaces:
 
 
 def find_tangent(stored: StoredScene, least_cosine: float) -> tuple[Ints, Ints, Floats]:
-    """Planes with the cylinders into which they run smoothly, as pairs (m,), (m,), and the planes' normals (m, 3) in
-    the world."""
+    """Planes with the cylinders that they run smoothly into, as pairs (m,), (m,), and the planes' normals (m, 3)."""
     scene, count = stored.scene, len(stored.surface_no)
     arc, arcs = scene.sample_arc, len(stored.arc_surfaces)
     mean = np.bincount(arc, scene.sample_cosine, arcs) / np.maximum(np.bincount(arc, minlength=arcs), 1)
