@@ -220,6 +220,8 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     single = measured & ~round_ & (level != "part")
     diameter, grows = 2 * radius[surface], np.where(surfaces.inward[surface], -2.0, 2.0)
     zero = np.zeros(len(surface))
+    # Where one side of a rim is in place, an edge beside it, as of a shadow, was taken for the other.
+    resized = round_ & (np.abs(mm) - aside > np.hypot(sigma, shift_sigma))
     # Whether a single face lies elsewhere, as a wall of a pocket, is known from where it was sought, and a web's other
     # side is hardly ever seen: widths and webs are reported, and judged where a face of theirs has moved.
     has_moved = np.zeros(len(items), bool)
@@ -229,7 +231,7 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     width_sigma = np.hypot(surfaces.sigma[opposed.one], surfaces.sigma[opposed.other])
     wall_moved = has_moved[opposed.item] & (surfaces.moved[opposed.one] | surfaces.moved[opposed.other])
     rows = [
-        _select("diameter", round_, items.member, diameter, diameter + grows * mm, 2 * sigma, round_),
+        _select("diameter", round_, items.member, diameter, diameter + grows * mm, 2 * sigma, resized),
         _select("shift", round_, items.member, zero, aside, shift_sigma, surfaces.log_odds[surface] > 0),
         _select("offset", single, items.member, zero, mm, sigma, moved),
         _select(
