@@ -27,8 +27,7 @@ _PEERS = ("duckdb", "numba", "numpy", "opencv-python-headless", "ortools", "rtre
 
 @dataclass(frozen=True)
 class Benchmark:
-    """A module of this package with its arguments, quick and full; one that does not need the data has it in full
-    alone."""
+    """A module of this package with its arguments, quick and full; without need of the data, in full alone."""
 
     name: str
     quick: tuple[str, ...] = ()

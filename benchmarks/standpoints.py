@@ -6,8 +6,7 @@ Draws parts of six families (`examples.render.standpoints`, the extra `render`; 
 eight pictures of each by one camera, and of each part so many sets of four, and one each of two and of eight, which
 have no limits.  Standpoints are stated with errors drawn from their sigma, the camera with those of its file.
 RELMODEL_TEST_DATA names photographs of a cube, of which no four lie 20 degrees from each other: the sets there are of
-four that lie 15 and more, stated with the errors of `CUBE`.  Prints figures beside their limits; the exit status is 1
-where one is passed."""
+four that lie 15 and more, stated with the errors of `CUBE`.  The exit status is 1 where a limit is passed."""
 
 from __future__ import annotations
 

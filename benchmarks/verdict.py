@@ -131,8 +131,7 @@ def run(folder: Path, renders: Path | None, prior: str, part: int, parts: int, o
 
 
 def give_prior(trial: Trial, kind: str, seed: int) -> Trial:
-    """The trial with a prior of that kind, one of PRIORS; pictures of no true pose keep theirs where a wide one is
-    asked for."""
+    """The trial with a prior of that kind, one of PRIORS; for a wide one, pictures of no true pose keep theirs."""
     if kind == "none":
         return replace(trial, prior=None)
     if kind == "wide" and trial.world_from_rig is not None:

@@ -150,8 +150,7 @@ def duckdb_file(duckdb_template: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def postgresql_template(postgresql_server: str, make_once: Callable[..., Path]) -> str:
-    """Name of a database that holds a store with nothing in it, to be copied: each worker has its own, as nobody may
-    have open what is copied."""
+    """Name of a database, to be copied, that holds a store with nothing in it: each worker has its own."""
     from relmodel.store import Store
 
     def fill(folder: Path) -> None:

@@ -150,8 +150,7 @@ SHIFT = np.array([100.0, -50, 20])
 
 @pytest.mark.parametrize("make", PARTS)
 def test_features_of_parts_of_known_operations(make: Callable[[], Work]) -> None:
-    """All of them and no others, also where they cut one another; and the same of the part rolled over, with its
-    frames and boxes."""
+    """All of them and no others, also where they cut one another; and the same, with frames, of it rolled over."""
     part = make()
     shapes = part.body, carried(part.body, pose_of(SHIFT, ROLLED))
     found, again = (recognise(step_shape.extract(shape)) for shape in shapes)

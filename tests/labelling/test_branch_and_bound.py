@@ -158,8 +158,7 @@ def labels_of(problem: MatchingProblem, chosen: Ints) -> Ints:
 
 
 def neighbours_of(problem: MatchingProblem, chosen: Ints) -> Iterator[tuple[Ints, Ints]]:
-    """Labellings in which one unit has another state, and another that had its label any free one; and the same without
-    the latter."""
+    """Labellings with one unit in another state, with and without any free one for the unit that had its label."""
     states = [[NONE, *range(*problem.first_candidate[u : u + 2])] for u in range(problem.units)]
     for unit in range(problem.units):
         for state in states[unit]:

@@ -205,7 +205,7 @@ def _ways(found: Floats, n: Floats) -> Floats:
 def _predict_shows(
     samples: Samples, sides: Sides, head: Ints, surface: Ints, found: Floats, weight: Floats, p: RunParameters
 ) -> Floats:
-    """The share (r,) that runs between alike sides show elsewhere in the picture, without others of both its surfaces."""
+    """The share (r,) that runs between alike sides show elsewhere in the picture, without others of its surfaces."""
     count, run = len(head), samples.run[sides.sample]
     looked = np.maximum(np.bincount(run, minlength=count), 1)
     nothing = p.background * (sides.surface < 0)

@@ -78,8 +78,7 @@ def select_parts(
 
 @dataclass(frozen=True)
 class Locator:
-    """Finds the rig in a world, by identity and name, of kept scenes, from what its cameras saw; what a run makes of it
-    is timed as its steps."""
+    """Finds the rig in a world of kept scenes from what its cameras saw, in steps that the run times."""
 
     run: Run
     scenes: Scenes

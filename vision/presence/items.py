@@ -119,8 +119,7 @@ _ANYTHING = 1 / (255 * 3.0)  # density of any grey with any texture
 class Appearance:
     """Features and surfaces that a camera sees enough of, as columns: item; camera: number in the rig; pixels: seen of
     it; grey, around, like: mean grey, 0..255, of it, of what is around it, and of what it would look like; log_odds: of
-    there against not there, by that; stopped: whether all cameras together see something through it that does not lie
-    behind."""
+    there against not there, by that; stopped: whether all cameras together see something in it, not behind it."""
 
     item: Ints
     camera: Ints

@@ -119,8 +119,7 @@ def halve(
 
 @pytest.fixture(scope="session")
 def blocks_pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
-    """Blocks on a plate by two cameras of 320 x 240: where it does not matter what is seen, in less than half the time
-    of the bulkhead."""
+    """Blocks on a plate by two cameras of 320 x 240, in less than half the bulkhead's time, whatever is seen."""
     folder, stereo = tmp_path_factory.mktemp("blocks"), stereo_rig()
     rig: dict[str, Any] = {"cameras": {}}
     for name, camera in stereo.cameras.items():
@@ -414,8 +413,7 @@ def copy_rows(store: str, target: str) -> None:
 def postgresql_inspection(
     inspection: Inspection, both_variants: str, new_store: NewStore, copy_store: CopyStore, make_once: MakeOnce
 ) -> Inspection:
-    """The rows of the first on PostgreSQL, with variant B beside: a copy for each worker, as nobody may have open what
-    is copied."""
+    """The rows of the first on PostgreSQL, with variant B beside: a copy for each worker, which it has to itself."""
 
     def fill(folder: Path) -> None:
         target = new_store("postgresql")

@@ -105,8 +105,7 @@ def demonstrated(
     monkeypatch: pytest.MonkeyPatch,
     reads_here: None,
 ) -> None:
-    """The folder at hand has the store that the demonstration leaves, the examples, with two pairs of half the size,
-    and files of one's own."""
+    """The folder at hand has the demonstration's store, the examples, two pairs at half size, and own files."""
     (tmp_path / "demo").mkdir()
     (tmp_path / "examples/demo").mkdir(parents=True)
     for file in [*(CHECKOUT / "examples").iterdir(), *(CHECKOUT / "examples/demo").iterdir()]:

@@ -242,28 +242,30 @@ def test_no_hole_passes_with_a_wall_whose_edges_do_not_show(odds: float, inset: 
 
 
 @pytest.mark.parametrize(
-    ("mm", "sigma", "log_odds", "state", "why"),
+    ("mm", "sigma", "aside", "log_odds", "state", "why"),
     [
-        (0.5, 0.14, 2.0, "changed", "its size differs from the model's"),  # 3.6 sigma
-        (0.5, 0.15, 2.0, "not_confirmed", "a size of it may differ from the model's"),
-        (0.5, 0.17, 2.0, "confirmed", "its edges are found"),
-        (0.5, 0.14, 0.0, "changed", "its size differs from the model's"),  # wherever its rims count as found
-        (-0.5, 0.14, 0.0, "changed", "its size differs from the model's"),
-        (0.39, 0.12, 2.0, "not_confirmed", "a size of it may differ from the model's"),
-        (0.39, 0.095, 2.0, "changed", "its size differs from the model's"),  # 4.1 sigma, however little that is
-        (0.1, 0.37, 0.0, "confirmed", "its edges are found"),
-        (0.1, 0.38, 0.0, "not_confirmed", "a size of it may differ from the model's"),  # known to 1.52 mm of 10
-        (0.39, 0.14, 2.0, "confirmed", "its edges are found"),
+        (0.5, 0.14, 0.0, 2.0, "changed", "its size differs from the model's"),  # 3.6 sigma
+        (0.5, 0.15, 0.0, 2.0, "not_confirmed", "a size of it may differ from the model's"),
+        (0.5, 0.17, 0.0, 2.0, "confirmed", "its edges are found"),
+        (0.5, 0.14, 0.0, 0.0, "changed", "its size differs from the model's"),  # wherever its rims count as found
+        (-0.5, 0.14, 0.0, 0.0, "changed", "its size differs from the model's"),
+        (-0.5, 0.14, 0.3, 0.0, "changed", "its size differs from the model's"),
+        (-0.5, 0.14, 0.31, 0.0, "not_confirmed", "a size of it may differ from the model's"),  # one side is in place
+        (0.39, 0.12, 0.0, 2.0, "not_confirmed", "a size of it may differ from the model's"),
+        (0.39, 0.095, 0.0, 2.0, "changed", "its size differs from the model's"),  # 4.1 sigma, however little that is
+        (0.1, 0.37, 0.0, 0.0, "confirmed", "its edges are found"),
+        (0.1, 0.38, 0.0, 0.0, "not_confirmed", "a size of it may differ from the model's"),  # known to 1.52 mm of 10
+        (0.39, 0.14, 0.0, 2.0, "confirmed", "its edges are found"),
     ],
 )
 def test_a_diameter_has_changed_from_so_many_sigmas_and_mm(
-    mm: float, sigma: float, log_odds: float, state: str, why: str
+    mm: float, sigma: float, aside: float, log_odds: float, state: str, why: str
 ) -> None:
-    """A bore of 10 mm, of which either side lies so far inward."""
+    """A bore of 10 mm, of which either side lies so far inward of a middle that lies aside."""
     it, wall = signs(((0, 2), 60, 60, 0.9, 9.0, 9)), np.arange(SURFACES) == 2
     faces = replace(
         it.surfaces, mm=np.where(wall, mm, np.nan), sigma=np.where(wall, sigma, np.nan), inward=wall,
-        shift=np.where(wall[:, None], 0.0, np.nan), shift_sigma=np.where(wall, sigma, np.nan),
+        shift=np.where(wall[:, None], [aside, 0.0, 0.0], np.nan), shift_sigma=np.where(wall, sigma, np.nan),
         log_odds=np.where(wall, log_odds, 0.0),
     )  # fmt: skip
     told = said(decide(items(), np.where(wall, 5.0, np.nan), replace(it, surfaces=faces), ["0"], P.states))
