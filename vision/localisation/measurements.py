@@ -33,7 +33,7 @@ SYSTEMATIC_PX = 0.08  # what an edge's own sigma leaves out: tessellation, round
 TEXTURE_PX = 0.5  # by which texture displaces an edge of its own contrast; less in proportion to the contrast
 RESPONSE_PX = 0.25  # at a contrast of the whole range of grey: how far a response moves edges toward their dark side
 RESPONSE_SIGMA_PX = 0.25  # standard deviation of that, an unknown of each camera
-ALIKE = 30.0  # edges of all pictures of a camera err alike: what they show of it counts so much less beside its file
+ALIKE = 30.0  # edges of a camera's pictures err alike: what they show of it counts so much less beside its file
 CALIBRATION_PX = 0.02  # standard deviation of each camera's principal point, two unknowns
 # Usual standard deviation by which an arc's image is shifted as a whole, where all of its edges are found; the more in
 # proportion, the fewer are, but for fewer than LEAST_FOUND.
@@ -66,9 +66,11 @@ class CameraUnknowns:
 
     @property
     def held(self) -> Floats:
-        """What a pose adds to the precision (u,) of calibrations that pictures from several standpoints share."""
-        lens = np.arange(len(self.expected)) < min((it.start for it in self.standpoints.values()), default=0)
-        return np.where(lens & ~(self.shared[:, RESPONSE] != 0).any(axis=0), (ALIKE - 1) * self.precision, 0.0)
+        """What a pose adds to the precision (u,) of what the rig's file says of its cameras."""
+        said = np.arange(len(self.expected)) < min(
+            (it.start for it in self.standpoints.values()), default=self.mean.size
+        )
+        return np.where(said & ~(self.shared[:, RESPONSE] != 0).any(axis=0), (ALIKE - 1) * self.precision, 0.0)
 
     def of_cameras(self, solved: Floats) -> Floats:
         """The cameras' unknowns (c, 11) by what is solved (u,)."""

@@ -82,7 +82,7 @@ def test_a_fit_ends_where_the_objective_is_least() -> None:
         left = held.offset - held.jacobian @ step
         away = perturbation(fit.prior.world_from_rig, perturb(pose, step[:6]))
         cameras = (own + step[6:].reshape(own.shape) - fit.unknowns.mean).ravel()
-        prior = away @ fit.prior.information @ away + cameras @ (fit.unknowns.precision * cameras)
+        prior = away @ fit.prior.information @ away + cameras @ ((fit.unknowns.precision + fit.unknowns.held) * cameras)
         return float((m.weight / m.sigma**2 * left**2).sum() + prior)
 
     moves = fit.unknowns.sigma.ravel() > 0
@@ -112,9 +112,10 @@ def test_the_covariance_is_that_of_independent_stretches_arcs_and_priors(toleran
     hessian[:6, :6] += turn.T @ fit.prior.information @ turn
     hessian[6:, 6:] += np.diag(unknowns.precision)
     stretch = group_by_stretch(p)
-    covariance = compute_covariance(m, held, p, stretch, hessian, np.zeros(len(hessian) - 6))
+    covariance = compute_covariance(m, held, p, stretch, hessian, unknowns.held)
     np.testing.assert_allclose(found.covariance, covariance, rtol=1e-6, atol=1e-12)
 
+    hessian[6:, 6:] += np.diag(unknowns.held)
     bend = min(max((m.slope / m.sigma**2).sum() / w.sum(), 0.2), 1.0)
     inverse = np.linalg.inv(hessian - (1 - bend) * data)
     images = [np.flatnonzero(p.image_of_arc == image) for image in np.unique(p.image_of_arc)]
@@ -123,7 +124,8 @@ def test_the_covariance_is_that_of_independent_stretches_arcs_and_priors(toleran
     off_mean = np.zeros(len(w))
     for rows in images:
         off_mean[rows] = w[rows] * (m.offset[rows] - mean[rows[0]])
-    meat = hessian - data
+    meat, pull = hessian - data, unknowns.precision + unknowns.held
+    meat[6:, 6:] += np.diag(pull * (pull / unknowns.precision - 1))  # what is held errs as the file says
     for number in np.unique(stretch):
         rows = np.flatnonzero(stretch == number)
         g = (held.jacobian[rows] * off_mean[rows, None]).sum(axis=0)
