@@ -227,8 +227,7 @@ def _order(side: Mapping[str, Any], kinds: Mapping[str, sa.types.TypeEngine[Any]
 
 
 def _apart(stored: npt.NDArray[Any], again: npt.NDArray[Any]) -> Floats:
-    """How far each value is from its other, of values above 1 as a share; infinite for texts that differ, and where one
-    side lacks a value."""
+    """How far each value is from its other, above 1 as a share; infinite where texts differ or one side has none."""
     if stored.dtype == object:
         return np.array([_value_apart(*pair) for pair in zip(stored, again, strict=True)])
     apart = np.abs(stored - again) / np.maximum(np.abs(stored), 1.0)

@@ -63,8 +63,7 @@ def align_with_lines(point: Floats, tangent: Floats, across: Floats, weight: Flo
     return motion
 
 
-# Symmetries of the model: motions of the whole that carry its arcs onto its arcs, so that no picture tells the poses
-# apart that they lead to.
+# Symmetries of the model: motions of the whole that carry its arcs onto its arcs: no picture tells their poses apart.
 
 SHARP_RAD = radians(5.0)  # between the faces of an edge, at least, that counts
 FEW_SAMPLES = 600  # of edges on which a motion is fitted
