@@ -19,7 +19,7 @@ CREATE TABLE verdict_statistic (  -- localisation: What the verdict of an inspec
         -- direction), rivals, excluded (placed parts left out), log_odds and likely (that the model is there, by the pictures), of each of several
         -- cameras by its name, as of left: sees left (log odds that it sees the model), agreement left, chance_level left and
         -- chance_scale left; absent (log odds that edges of the model are not there which should show, beside what has moved or is told missing),
-        -- absent_anywhere (of all, with no prior), rival_face_mm (how far a face lies from its place that may hold the pose instead of others), faces_off (standard deviations, rms, by which the faces that hold the pose lie off, but the farthest); and others that the posterior weighs
+        -- absent_anywhere (of all, with no prior), rival_face_mm (how far a face lies from its place that may hold the pose instead of others), features (log odds that features, as they are told, are another object's), faces_off (standard deviations, rms, by which the faces that hold the pose lie off, but the farthest); and others that the posterior weighs
     value DOUBLE PRECISION NOT NULL,  -- its value
     PRIMARY KEY (run_id, name)
 );

@@ -149,7 +149,7 @@ WITH statistic AS (
         max(CASE name WHEN 'sigma_rad' THEN value END) AS sigma_rad, max(CASE name WHEN 'likely' THEN value END) AS likely,
         max(CASE name WHEN 'rivals' THEN value END) AS rivals, max(CASE name WHEN 'absent' THEN value END) AS absent,
         max(CASE name WHEN 'absent_anywhere' THEN value END) AS absent_anywhere, max(CASE name WHEN 'rival_face_mm' THEN value END) AS face_mm,
-        max(CASE name WHEN 'faces_off' THEN value END) AS faces_off, max(CASE name WHEN 'calibration' THEN value END) AS calibration,
+        max(CASE name WHEN 'features' THEN value END) AS features, max(CASE name WHEN 'faces_off' THEN value END) AS faces_off, max(CASE name WHEN 'calibration' THEN value END) AS calibration,
         max(CASE name WHEN 'calibration_limit' THEN value END) AS calibration_limit, min(CASE WHEN starts_with(name, 'sees ') THEN value END) AS sees
     FROM verdict_statistic
     GROUP BY run_id
@@ -206,16 +206,18 @@ rule AS (
     FROM statistic AS s
     UNION ALL
     SELECT s.run_id, 6, 'edges', e.value, e.gate, e.value <= e.gate,
-        concat('log odds of ', CAST(e.value AS NUMERIC(18, 1)), ' that edges of the model are not there which should show',
-            e.but, ', and ', CAST(e.gate AS NUMERIC(18, 1)), ' are allowed')
+        concat('log odds of ', CAST(e.value AS NUMERIC(18, 1)), ' that ', e.what, ', and ', CAST(e.gate AS NUMERIC(18, 1)), ' are allowed')
     FROM statistic AS s
     JOIN criterion AS h ON h.run_id = s.run_id
     CROSS JOIN LATERAL (
-        SELECT s.absent_anywhere AS value, h.max_absent_anywhere AS gate, '' AS but
+        SELECT s.absent_anywhere AS value, h.max_absent_anywhere AS gate, 'edges of the model are not there which should show' AS what
         WHERE s.absent_anywhere > h.max_absent_anywhere
         UNION ALL
-        SELECT s.absent, h.max_absent, ', beside what has moved or is told missing'
+        SELECT s.absent, h.max_absent, 'edges of the model are not there which should show, beside what has moved or is told missing'
         WHERE s.absent IS NOT NULL
+        UNION ALL
+        SELECT s.features, h.max_absent, 'so many features are told otherwise because the object is another one'
+        WHERE s.features > h.max_absent
     ) AS e
     UNION ALL
     SELECT s.run_id, 7, 'cameras', s.sees, h.least_odds, s.sees >= h.least_odds,

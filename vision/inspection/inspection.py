@@ -453,13 +453,16 @@ def doubt_presence(
     verdict: Verdict, stored: StoredScene, it: Presence, needs: Needs, p: InspectionParameters
 ) -> Verdict:
     """The verdict on a pose by what is there: edges of the parts that hold it that should show and do not, beside what
-    is told of by itself; faces that have moved so far that they could hold it elsewhere; and faces that all lie off."""
+    is told of by itself; their features, where many are told otherwise; faces that have moved so far that they could
+    hold it elsewhere; and faces that all lie off."""
     runs, surfaces = it.signs.runs, it.signs.surfaces
-    holding = np.isin(stored.scene.surface_occurrence, it.find_holding_parts(p.presence.states))
+    parts = it.find_holding_parts(p.presence.states)
+    holding = np.isin(stored.scene.surface_occurrence, parts)
     explained = (runs.surface >= 0) & it.find_explained_surfaces()[runs.surface]
     asked = holding[runs.surface[:, 0]] & ~explained.any(axis=1)
     said = weigh_lookalike(stored, runs, asked, it.cameras, p.presence.account.runs)
     verdict = verdict.limited("absent", *said, p.localisation.verdict.max_absent_odds)
+    verdict = verdict.limited("features", *it.weigh_features(parts), p.localisation.verdict.max_absent_odds)
     face = find_rival_face(surfaces, holding, needs.translation_mm)
     if face is not None and verdict.verdict != "refused":
         verdict = doubt_face(verdict, float(abs(surfaces.mm[face])), stored.name_surface(face))

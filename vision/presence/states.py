@@ -115,6 +115,8 @@ def _find_axes(scene: Scene, surface: Ints) -> tuple[Floats, Floats]:
 
 STATES = ("confirmed", "contradicted", "changed", "not_confirmed", "undecidable")
 CONFIRMED, CONTRADICTED, CHANGED, NOT_CONFIRMED, UNDECIDABLE = range(5)
+# Log odds of each that the object is another one: shares of features at right poses, and of objects that look alike.
+OF_ANOTHER = np.array([-0.4, 2.0, 2.0, 1.5, 0.0])
 QIF = ("PASS", "FAIL", "FAIL", "INDETERMINATE", "NOT_ANALYZED")
 REASONS = (
     "its edges are found",
@@ -183,6 +185,17 @@ class Presence:
         px = self.evidence.distinct_px.sum(axis=1)
         holding = whole if px[whole].sum() >= p.most_share * px[part].sum() else there
         return np.asarray(self.items.occurrence[holding])
+
+    def weigh_features(self, parts: Ints) -> tuple[float, str]:
+        """Log odds that features of these occurrences, as they are told, are another object's; and that in words."""
+        of = (np.array(self.items.level) == "feature") & np.isin(self.items.occurrence, parts)
+        of &= ~np.char.endswith(np.array(self.items.kind, str), "pattern")  # whose holes count by themselves
+        count = np.bincount(self.state[of], minlength=len(STATES))
+        words = (
+            f"{count[CONTRADICTED] + count[CHANGED]} features are told otherwise, {count[NOT_CONFIRMED]} are in doubt, "
+        )
+        words += f"{count[CONFIRMED]} are confirmed: is the object another one, or another size?"
+        return float(count @ OF_ANOTHER), words
 
     def find_explained_surfaces(self) -> Bools:
         """Which of the scene's surfaces (s,) have moved, have something else in their place, are of a hole, boss or
