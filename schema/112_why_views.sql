@@ -159,7 +159,7 @@ criterion AS (
         max(CASE name WHEN 'min_posterior' THEN value END) AS min_posterior, max(CASE name WHEN 'searched_rarity' THEN value END) AS searched_rarity,
         max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma, max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
         max(CASE name WHEN 'max_absent_odds' THEN value END) AS max_absent, max(CASE name WHEN 'max_absent_odds_anywhere' THEN value END) AS max_absent_anywhere,
-        max(CASE name WHEN 'max_faces_off' THEN value END) AS max_faces_off, max(CASE name WHEN 'least_camera_odds' THEN value END) AS least_odds,
+        max(CASE name WHEN 'max_features_odds' THEN value END) AS max_features, max(CASE name WHEN 'max_faces_off' THEN value END) AS max_faces_off, max(CASE name WHEN 'least_camera_odds' THEN value END) AS least_odds,
         max(CASE name WHEN 'needs_translation_mm' THEN value END) AS needs_mm, max(CASE name WHEN 'needs_rotation' THEN value END) AS needs_rad
     FROM threshold WHERE decision = 'verdict' GROUP BY run_id
 ),
@@ -216,8 +216,8 @@ rule AS (
         SELECT s.absent, h.max_absent, 'edges of the model are not there which should show, beside what has moved or is told missing'
         WHERE s.absent IS NOT NULL
         UNION ALL
-        SELECT s.features, h.max_absent, 'so many features are told otherwise because the object is another one'
-        WHERE s.features > h.max_absent
+        SELECT s.features, h.max_features, 'so many features are told otherwise because the object is another one'
+        WHERE s.features > h.max_features
     ) AS e
     UNION ALL
     SELECT s.run_id, 7, 'cameras', s.sees, h.least_odds, s.sees >= h.least_odds,

@@ -168,6 +168,8 @@ CAUSES: list[tuple[dict[str, float], float, str]] = [
     ({"absent_anywhere": 3.1}, 900.0, "object"),
     ({"rival_face_mm": 4.0}, 900.0, "object"),
     ({"faces_off": 1.81}, 900.0, "object"),
+    ({"features": 3.1}, 900.0, "object"),
+    ({"features": 2.9}, 900.0, "alike"),
     ({"faces_off": 1.79}, 900.0, "alike"),
     ({"likely": 0.3, "apart": 9.0, "rivals": 1.0, "sigma_mm": 4.0}, 900.0, "object"),
     ({"prior_sigma": 12.0}, 900.0, "prior"),

@@ -462,7 +462,7 @@ def doubt_presence(
     asked = holding[runs.surface[:, 0]] & ~explained.any(axis=1)
     said = weigh_lookalike(stored, runs, asked, it.cameras, p.presence.account.runs)
     verdict = verdict.limited("absent", *said, p.localisation.verdict.max_absent_odds)
-    verdict = verdict.limited("features", *it.weigh_features(parts), p.localisation.verdict.max_absent_odds)
+    verdict = verdict.limited("features", *it.weigh_features(parts), p.localisation.verdict.max_features_odds)
     face = find_rival_face(surfaces, holding, needs.translation_mm)
     if face is not None and verdict.verdict != "refused":
         verdict = doubt_face(verdict, float(abs(surfaces.mm[face])), stored.name_surface(face))

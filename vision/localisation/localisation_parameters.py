@@ -42,6 +42,8 @@ class VerdictParameters:
     max_absent_odds_anywhere: float = 3.0
     """the same of all edges, before it is known what has moved, at a pose found with no prior: many edges of a box lie
     on those of another"""
+    max_features_odds: float = 3.0
+    """log odds that features, as told, are another object's: 70 right poses had up to 2.6, wrong ones 3.1 and more"""
     max_faces_off: float = 1.8
     """standard deviations (rms) by which faces may lie off: 111 right poses had up to 1.76, other sizes up to 2.06"""
     temper: float = 0.05  # by which differences of evidence between rivals are multiplied

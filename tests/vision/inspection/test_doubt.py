@@ -73,6 +73,22 @@ def test_faces_that_lie_off_together_are_of_another_object(mm: float, verdict: s
     assert found.weighed["faces_off"] == pytest.approx(10 * mm)
 
 
+@pytest.mark.parametrize(
+    ("web", "hole", "kind", "odds"),
+    [
+        (0, 0, "web", -0.8), (2, 0, "web", 1.6), (0, 1, "web", 1.6), (2, 4, "web", 2.0), (3, 3, "web", 3.0),
+        (3, 2, "web", 3.5), (1, 2, "web", 4.0), (1, 2, "grid_pattern", 2.0),
+    ],
+)  # fmt: skip
+def test_features_told_otherwise_are_of_another_object(web: int, hole: int, kind: str, odds: float) -> None:
+    """Of parts that hold the pose, one confirmed (0), contradicted, changed, in doubt or undecidable each."""
+    it = decided(signs(*SHOWN))
+    it = replace(it, state=np.array([0, web, hole, 0, 0]), items=replace(it.items, kind=["", kind, "", "", ""]))
+    assert it.weigh_features(np.array([0]))[0] == pytest.approx(odds)
+    assert it.weigh_features(np.array([1]))[0] == 0.0
+    assert (doubted(it).verdict == "refused") == (odds > 3.0)
+
+
 @pytest.mark.parametrize(("odds", "another"), [((2.0, 4.9), False), ((2.0, 5.0), True), ((5.0, 2.0), False)])
 def test_another_variant_is_shown_from_three_nats_on(odds: tuple[float, float], another: bool) -> None:
     given = [VariantEvidence(0, "it", "AB"[k], k, k == 0, odds[k], 0, 3, []) for k in range(2)]
