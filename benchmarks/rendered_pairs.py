@@ -34,8 +34,7 @@ class EdgePoints:
 
 @dataclass(frozen=True)
 class RenderedPair:
-    """A pair whose rig frame is the left camera's: pictures and visible edges by camera, depth map of the left one
-    (mm, 0 for nothing)."""
+    """A pair in the left camera's frame: pictures and visible edges by camera, depth map of the left (mm, 0: none)."""
 
     rig: Rig
     pictures: dict[str, Bytes]

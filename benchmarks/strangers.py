@@ -67,8 +67,7 @@ LIMITS = {  # least and most
 
 @dataclass
 class Result:
-    """What a trial gave.  told: of each figure that it counts for what is wrong, or nothing; sizes: what, path, error
-    and sigma of those measured."""
+    """What a trial gave.  told: by figure, what counts as wrong; sizes: what, path, error and sigma of each."""
 
     name: str
     family: str

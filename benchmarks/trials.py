@@ -93,8 +93,7 @@ def inspect_trial(
 
 
 def compute_errors(poses: Floats, true: Floats) -> tuple[Floats, Floats]:
-    """How far (mm) poses (k, 4, 4) put a point 700 mm before the rig from where the true one puts it, and by how much
-    (degrees) they are turned."""
+    """How far (mm) poses (k, 4, 4) put a point 700 mm before the rig from the true place, and turn it (degrees)."""
     ahead = np.array([0.0, 0.0, 700.0, 1.0])
     cosine = (np.einsum("kij,ij->k", poses[:, :3, :3], true[:3, :3]) - 1) / 2
     off = np.linalg.norm((poses - true) @ ahead, axis=1)

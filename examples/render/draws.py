@@ -124,8 +124,7 @@ def draw_bulkhead_view(
 def draw_table_view(
     seed: int, size: tuple[int, int], points: Array, cameras: int, fills: tuple[float, float] = (0.45, 0.72)
 ) -> Shot:
-    """One camera or a pair that looks down on an object of these points (n, 3), whose length is a share of the width
-    between two."""
+    """One camera or a pair that looks down on these points (n, 3), whose length is a share of the width between two."""
     rng = np.random.default_rng([seed, 12])
     middle, reach = (points.min(0) + points.max(0)) / 2, float(np.linalg.norm(np.ptp(points, axis=0)))
     views = {side: draw_camera(rng, size) for side in ("left", "right")[:cameras]}

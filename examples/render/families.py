@@ -366,8 +366,7 @@ FAMILIES = {f.__name__: f for f in (housing, bracket, turned, plate, sheet, cast
 
 
 def draw(family: str, seed: int, details: int = 0) -> Design:
-    """A part of a family; other details give another part of the same outline.  Dimensions are in halves of a mm where
-    they are larger than 3."""
+    """A part of a family; other details give another of like outline.  Above 3, dimensions are in halves of a mm."""
 
     def numbers(stream: list[int]) -> Number:
         rng = np.random.default_rng(stream)

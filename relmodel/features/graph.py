@@ -134,8 +134,7 @@ def angle_gaps(arms: Floats, axis: Floats) -> Floats:
 
 
 def rectangle(points: Floats, normal: Floats) -> Rectangle:
-    """Least rectangle across `normal` that holds points.  One side of it lies on a side of the convex hull (Freeman and
-    Shapira, CACM 18, 1975)."""
+    """Least rectangle across `normal` about points: on a side of their hull (Freeman, Shapira, CACM 18, 1975)."""
     from shapely import convex_hull, get_coordinates, linestrings
 
     u, v = sideways(normal)

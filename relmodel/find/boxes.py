@@ -100,8 +100,7 @@ def bounds_of_runs(boxes: Floats, starts: Ints) -> Floats:
 
 
 def _extent(points: Floats) -> Floats:
-    """Extents (3,) of points (n, 3), of many a sample, without the outermost twentieths, of which few may lie anywhere;
-    above zero."""
+    """Extents (3,) of points (n, 3), or a sample, without the outermost twentieths, which lie anywhere; above 0."""
     points = points[:: 1 + len(points) // _SAMPLE]
     beyond = len(points) // 20
     ends = np.partition(points, (beyond, len(points) - 1 - beyond), axis=0)

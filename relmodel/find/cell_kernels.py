@@ -1,5 +1,4 @@
-"""Compiled look-up of the cells of the grid and of the oct-tree. Importing this module loads numba: import it where a
-query is asked."""
+"""Compiled look-up of cells of grid and oct-tree. Importing this loads numba: import it where a query is asked."""
 
 from __future__ import annotations
 

@@ -44,8 +44,7 @@ def _slot(lows: Floats, highs: Floats, value: float) -> int:
 
 @helper
 def _cover(left: int, right: int, shift: int, out: Ints, count: int) -> int:
-    """Append to `out`, of `count` nodes, those that cover a tree's leaves left to before right, by `shift` higher; how
-    many it has then."""
+    """Append to `out` nodes that cover a tree's leaves left to before right, by `shift` higher; its new count."""
     while left < right:
         if left % 2:
             out[count] = shift + left

@@ -131,8 +131,7 @@ def bound_runs(boxes: Floats, order: Ints, bounds: Floats) -> None:
 
 @kernel("void(f8[:, ::1], f8[:, ::1], i8[::1])")
 def near_keys(boxes: Floats, span: Floats, keys: Ints) -> None:
-    """Keys (k,) of boxes (k, 6), to be sorted: their place on a Z curve through the box span (1, 6), above their number
-    in the lowest 32 bits."""
+    """Sortable keys (k,) of boxes (k, 6): place on a Z curve through the box span (1, 6), above 32 bits of number."""
     for i in range(len(boxes)):
         place = 0
         for j in range(3):

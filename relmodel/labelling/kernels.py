@@ -1,5 +1,4 @@
-"""Compiled kernels of the search: dual ascent, its sweeps with a softened minimum, and better labellings near one that
-is known."""
+"""Compiled kernels of the search: dual ascent, sweeps with a softened minimum, better labellings near a known one."""
 
 from __future__ import annotations
 

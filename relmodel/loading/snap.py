@@ -100,8 +100,7 @@ def _with_snapped_attributes(store: Database, connection: Connection, model: Mod
 
 @dataclass(frozen=True)
 class _Level:
-    """Arcs or surfaces: the table of their splines, what their place is called, and their columns by how exactly they
-    are known."""
+    """Arcs or surfaces: the table of their splines, the name of their place, their columns by how exactly known."""
 
     name: str
     splines: str

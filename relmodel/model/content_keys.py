@@ -1,5 +1,4 @@
-"""What makes an arc, a shape, a part or an assembly the same as another: content keys, and sharing found again in
-flattened files."""
+"""What makes arcs, shapes, parts and assemblies the same: content keys, and sharing found again in flat files."""
 
 from __future__ import annotations
 

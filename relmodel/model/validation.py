@@ -140,8 +140,7 @@ def _loop_gaps(shape: Shape) -> Floats:
 def _surface_gaps(shape: Shape) -> Floats:
     """Greatest distance of each coedge from its surface (n,), mm; 0 where a free-form face has no pcurve of it.
 
-    An edge without length lies in a point of its surface all along its pcurve: the kernel takes edges for such ones
-    whose curve cannot be read."""
+    An edge without length lies in a point all along its pcurve: as such the kernel takes edges of unreadable curves."""
     curves, surfaces = curves_of(shape), surfaces_of(shape)
     arc, surface = shape.coedges["arc_no"], shape.coedges["surface_no"]
     pcurves = row_count_or_none(shape.pcurves)

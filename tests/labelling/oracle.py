@@ -38,8 +38,7 @@ def random_problem(rng: np.random.Generator, most_units: int = 9) -> MatchingPro
 
 
 def enumerated_cost(problem: MatchingProblem, total: bool = False) -> int | None:
-    """Least cost over all labellings, spelled out from the definition; total: of those that leave no unit without a
-    label, None where there is none."""
+    """Least cost of all labellings, as defined; total: of those with no unit unlabelled, None where there is none."""
     unit, label = problem.candidate_unit.tolist(), problem.candidate_label.tolist()
     price = dict(zip(zip(unit, label, strict=True), problem.candidate_cost.tolist(), strict=True))
     near = list(

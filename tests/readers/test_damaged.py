@@ -43,8 +43,7 @@ def with_wrong_digits(text: bytes) -> bytes:
 def test_damaged_files_are_refused_in_a_sentence_and_leave_nothing(
     data_dir: Path, duckdb_file: Path, tmp_path: Path
 ) -> None:
-    """What lets the kernel crash is read by a child, as all is by users.  What is refused for lost faces loads in part
-    where that is asked for."""
+    """Read by a child, as by users.  What is refused for lost faces loads in part where that is asked for."""
     cube = (data_dir / "step/cube-in.step").read_bytes()
     lost, crashing = tmp_path / "lost.step", tmp_path / "wrong.step"
     files = {

@@ -97,8 +97,7 @@ def extract_and_die(target: str) -> None:
 
 
 def die_before_the_last_name(target: str) -> None:
-    """A run that is written to a copy because others read the file; killed when the copy is whole and not yet in
-    place."""
+    """A run that is written to a copy as others read the file; killed when the copy is whole and not in place."""
     engine.READERS_S = 0.0
 
     def put(file: Path) -> None:

@@ -22,8 +22,7 @@ Variants = list[tuple[str, float, int]]  # name, log odds, and how many items di
 
 
 def outcome(store: Store, states: list[str], variants: Variants, verdict: str = "accepted", parts: int = 0) -> Outcome:
-    """What stands beside the verdict of an inspection that found features in these states, the first some parts, and a
-    changed face."""
+    """What stands beside the verdict with features in these states, the first some parts, and a changed face."""
     levels = ["part"] * parts + ["feature"] * (len(states) - parts) + ["surface"] * bool(states)
     count = len(levels)
     with Run.begin(store, "inspect", {}) as run, run.write() as connection:

@@ -20,8 +20,7 @@ AT = pose((120, -340, 55), (0.3, -0.7, 1.1))
 
 @dataclass(frozen=True)
 class Thing:
-    """A hole (through, blind), pocket or boss about (x, y); radius: of a pocket that of its corners; depth: below the
-    top, of a boss its height."""
+    """A hole, pocket or boss about (x, y); radius: of a pocket its corners'; depth: below the top, a boss's height."""
 
     kind: str
     x: float

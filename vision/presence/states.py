@@ -386,8 +386,7 @@ def assess(
 ) -> Presence:
     """Evidence and state of every part, feature and surface in view at the best pose found.
 
-    view: what the cameras should see of the stored scene there, parts: which share of each part and feature, and it:
-    the account of its edges."""
+    view: what cameras should see of the stored scene, parts: which share of each part and feature, it: their edges."""
     assert found.best is not None
     rig, pose, views = found.rig, found.best, view.arcs
     indexes = [found.edge_indexes[name] for name in rig.cameras]

@@ -29,8 +29,7 @@ _UP = (0, 1, 0)  # of an object: as its drawings show it
 def object_page(
     store: Store, connection: Connection, name: str, variant: str = "", around: Mapping[str, Any] | None = None
 ) -> str:
-    """The page of an object: its tree, its features by kind, the model; around: as of a run's page.  Raises UsageError
-    where it is not loaded."""
+    """The page of an object: its tree, features by kind, the model; around: as of a run's page."""
     tree = read_tree(store, connection, name, variant)
     rows = tree_rows(store, connection, tree)
     shapes, parts = _parts(store, connection, tree)
@@ -265,8 +264,7 @@ def _cards(store: Store, connection: Connection, rows: Sequence[Any], faces: Fac
 def _scene(
     store: Store, connection: Connection, serial: str, states: Sequence[Any], stops: list[tuple[int, str]]
 ) -> tuple[dict[str, Any] | None, dict[int, int]]:
-    """The whole part, its features coloured by state, seen as at the newest stop that is usable; which part of the
-    scene each placed part is."""
+    """The whole part, features coloured by state, as at the newest usable stop; each placed part's in the scene."""
     rows = store.columns(connection, "report/serial_parts", serial=serial)
     shape_id = np.asarray(rows["shape_id"], np.int64)
     shapes, parts, kept = place_parts(store, connection, shape_id, rows["path"], matrices(rows))

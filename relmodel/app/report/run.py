@@ -379,8 +379,7 @@ def _crop(seen: Seen, own: set[int], box: tuple[int, int, int, int]) -> Crop:
 
 
 def group_rest(rows: Iterable[Any]) -> tuple[list[tuple[str, str, list[str]]], list[str]]:
-    """State, reason and names of what is not checked, what should be seen and is not first; names of what is as
-    modelled."""
+    """State, reason and names of what is not checked, first what should be seen; names of what is as modelled."""
     groups: dict[tuple[str, str], list[str]] = defaultdict(list)
     for row in rows:
         groups[row.state, row.reason or "in view of no stop whose pose is usable"].append(row.path)

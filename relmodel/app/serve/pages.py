@@ -71,8 +71,7 @@ class Page:
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a form: its name, its value, the choices (empty: any), of a slider from where to where it goes,
-    and whether it has lines."""
+    """A field of a form: its name, value, choices (empty: any), a slider's ends, and whether it has lines."""
 
     name: str
     value: str

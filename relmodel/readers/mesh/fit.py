@@ -42,8 +42,7 @@ def fit_surfaces(
 
     points (n, 3): group i has those from start[i] to start[i + 1]; every group has some.  normals (m, 3), of any
     length, which is their weight, at feet (m, 3): as many as are known, by normal_start.  They only give the start:
-    Levenberg-Marquardt then minimises the distances of the points.  directions (k, 3): unit vectors along which axes of
-    tori may be."""
+    Levenberg-Marquardt then minimises the points' distances.  directions (k, 3): unit vectors, of axes of tori."""
     count = len(start) - 1
     if count == 0:
         return np.empty((0, 8)), np.empty(0)

@@ -290,8 +290,7 @@ def _end_of_binary_stl(content: bytes) -> int:
 def _check_head(name: str, form: str, content: bytes) -> None:
     """Refuse what does not begin as files of its format do, or is shorter than it says.
 
-    trimesh would read STL that is not text as text in an encoding that it guesses, where the package that guesses is
-    installed."""
+    trimesh would read STL that is no text as text in an encoding that a package, if installed, guesses."""
     fault = None
     if not content.startswith(_BEGINS.get(form, b"")):
         fault = f"it does not begin as {form.upper()} does"

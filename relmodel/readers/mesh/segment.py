@@ -56,8 +56,7 @@ class MeshRegions:
 
 @dataclass
 class _Surfaces:
-    """Candidates: kind (n,), row (n, 8), angle by which facets may lean (n,), and what they hold: sorted pairs
-    surface * patches + patch."""
+    """Candidates: kind (n,), row (n, 8), angle facets may lean by (n,), sorted pairs surface * patches + patch."""
 
     kind: Ints
     row: Floats

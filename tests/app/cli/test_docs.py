@@ -57,8 +57,7 @@ def commands(block: str) -> list[list[str]]:
 
 
 def typed(page: str) -> list[list[str]]:
-    """Every command of a page that begins with relmodel, make or python: in blocks, in indented lines, and in the text
-    where it has options or arguments."""
+    """Commands of a page that begin with relmodel, make or python: in blocks, indented, in the text with options."""
     rest = _BLOCK.sub("", page)
     found = [words for block in shell_blocks(page) for words in commands(block)]
     for block in _INDENTED.findall(rest):

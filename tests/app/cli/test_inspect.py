@@ -124,8 +124,7 @@ def test_rows_and_json_say_the_same(inspection: Inspection) -> None:
 
 
 def test_a_joint_with_a_sigma_is_corrected_and_told_in_words(left_alone: Inspection) -> None:
-    """The joint is said to stand 6 mm beside where it does; how base and joint share that, the tests of kinematics
-    compare with least squares."""
+    """The joint is said to stand 6 mm off; how base and joint share that, the tests of kinematics compare."""
     run = left_alone.answer["run"]
     (it,), (joint,) = (rows(left_alone.store, name, run) for name in ("base_correction", "joint_correction"))
     assert (joint["joint"], joint["stated_value"], joint["prior_sigma"]) == ("travel", TRAVEL + 6, 4.0)

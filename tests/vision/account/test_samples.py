@@ -123,8 +123,7 @@ def test_edges_of_a_part_that_shows_little_are_of_one_kin() -> None:
 
 
 def test_what_lies_on_either_side_of_an_edge() -> None:
-    """Seen from above: the rim of the block's upper face hides the plate, its foot is a corner, the plate's rim hides
-    nothing."""
+    """From above the rim of the block hides the plate, its foot is a corner, the plate's rim hides nothing."""
     scene, samples, pose = box_samples()
     sides = look_at_sides(scene, stereo_rig(), pose, samples, P.account.sides)
     along = np.cumsum(samples.length_px) // 6

@@ -141,8 +141,7 @@ def test_what_speaks_against_arcs_is_the_logistic_of_steps_parallels_and_width()
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_ridges_are_as_high_and_as_sure_as_the_facet_says(sign: float) -> None:
-    """A Gaussian ridge seen by a Gaussian: its bend, place and height in closed form, under noise that grows with
-    grey."""
+    """A Gaussian ridge seen by a Gaussian: bend, place and height in closed form, with noise that grows with grey."""
     p, width, turn = TopographyParameters(), 3.0, 2.9
     across = np.cos(turn) * X + np.sin(turn) * Y - 1.3
     noise = 0.01 + 0.001 * np.arange(256.0)

@@ -19,8 +19,7 @@ NOISE_PX = 0.1
 
 @dataclass(frozen=True)
 class Errors:
-    """Standard deviations of what is wrong: each sample, each arc's image as a whole (px), and where the model has each
-    arc (mm)."""
+    """Standard deviations of errors: of each sample, of each arc's image (px), of where the model has each arc (mm)."""
 
     noise_px: float = NOISE_PX
     arc_px: float = 0.0

@@ -333,8 +333,7 @@ WALLS = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])
 
 @pytest.mark.parametrize("moved", [False, True])
 def test_a_pocket_is_as_wide_as_its_walls_stand_apart(moved: bool) -> None:
-    """Wall 3 was not measured; wall 0 has moved into the pocket by .5 mm, wall 1 out of it by 3: the width is another
-    where that wall is."""
+    """Wall 3 was not measured; wall 0 moved .5 mm in, wall 1 3 mm out: the width is another where that wall is."""
     mm = np.array([0.5, -3.0, 0.1, np.nan, 0.2])
     sigma = np.where(np.isnan(mm), np.nan, [0.3, 0.4, 0.1, 0.1, 0.1])
     found, _ = measure(feature_of("pocket", 5), POCKET, WALLS, mm, sigma, np.arange(5) == (1 if moved else -1))

@@ -121,8 +121,7 @@ def by_hand(
 
 
 def places(rows: ProblemRows) -> dict[tuple[int, int], Floats | None]:
-    """Of each candidate how far it is off, the standard deviation of that, and how the pose moves it; None if
-    unknown."""
+    """Of each candidate how far it is off, that sigma, and how the pose moves it; None if unknown."""
     values: list[Floats | None] = [None] * len(rows.unit)
     if rows.places is not None:
         table: Floats = np.ma.stack([np.ma.asarray(rows.places[name]) for name in PLACES], axis=1)

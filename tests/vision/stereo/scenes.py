@@ -72,8 +72,7 @@ def packed(lines: list[Floats], contrast: Floats, width: Floats, kind: Ints, sig
 
 
 def random_pair(seed: int, crossing: int = 30, level: int = 12) -> tuple[StereoArcs, StereoArcs, Ints]:
-    """Arcs that cross rows and level ones, most about one disparity, cut otherwise in each picture; and the partner of
-    each of the first."""
+    """Arcs across rows and level ones, most about one disparity, cut otherwise in each; the first's partners."""
     rng = np.random.default_rng(seed)
     count = crossing + level
     left, right = [], []

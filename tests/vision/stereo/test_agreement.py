@@ -32,8 +32,7 @@ def stereo_rig() -> Rig:
 
 
 def shown(rig: Rig, count: int = 120, wrong: int = 120, seed: int = 1) -> SharedPoints:
-    """Points 700 to 1100 mm off as both cameras of a rig show them, .3 px off, among others of which each picture shows
-    another one."""
+    """Points 700 to 1100 mm off by both cameras of a rig, .3 px off, among others that each picture shows alone."""
     rng = np.random.default_rng(seed)
     middle = np.array([110.0, 0, 900])
     points = middle + rng.uniform(-1, 1, (count, 3)) * [200, 150, 200]

@@ -19,8 +19,7 @@ def demo(args: argparse.Namespace) -> int:
     """Run the demonstration: load the bulkhead, place it, inspect a rendered stereo pair, compare the pose with the
     truth.
 
-    Everything lands in the folder given with --folder: the store, a picture of the model drawn over the images, the
-    report."""
+    Everything lands in the folder given with --folder: the store, the model drawn over the images, the report."""
     import os
 
     from relmodel.app.report.write import write_report
