@@ -1,5 +1,4 @@
-"""Tessellated STEP against the text: the exact surface that each face of triangles is linked to, and its validation
-properties."""
+"""Tessellated STEP against the text: the exact surface that each face is linked to, and its validation properties."""
 
 from __future__ import annotations
 

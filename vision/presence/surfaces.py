@@ -502,9 +502,8 @@ TOGETHER_SIGMAS = 3.0  # by which the shifts of bores and bosses differ at most 
 
 
 def measure_misfit(surfaces: SceneSurfaces, holding: Bools) -> tuple[float, int] | None:
-    """By how many standard deviations (rms) the faces that hold the pose and have not moved lie off, outward and those
-    that bend around aside, but the one that lies off most and what is shifted with it, which may be a change, and that
-    one; None where they are few; holding (s,)."""
+    """By how many standard deviations (rms) faces that hold the pose and have not moved lie off, or aside, but the one
+    farthest off and what is shifted with it, a change perhaps; and that one.  None where they are few; holding (s,)."""
     flat = np.flatnonzero(holding & np.isfinite(surfaces.mm) & ~surfaces.moved)
     bent = flat[np.isfinite(surfaces.shift_sigma[flat])]
     shift, sigma = surfaces.shift[bent], surfaces.shift_sigma[bent]
@@ -529,5 +528,6 @@ def find_rival_face(surfaces: SceneSurfaces, holding: Bools, least_mm: float) ->
     away = holding & surfaces.moved & (np.abs(surfaces.mm) > least_mm)
     there = holding & (np.abs(surfaces.mm) <= MOST_SIGMAS * surfaces.sigma) & ~away
     alike = np.abs(surfaces.normal @ surfaces.normal[away].T) > ALONG
-    rival = np.flatnonzero(away)[(alike & there[:, None]).sum(axis=0) <= (alike & away[:, None]).sum(axis=0)]
+    off = (alike & away[:, None]).sum(axis=0)  # none of one that bends around: it has no normal
+    rival = np.flatnonzero(away)[((alike & there[:, None]).sum(axis=0) <= off) & (off > 0)]
     return int(rival[np.argmax(np.abs(surfaces.mm[rival]))]) if len(rival) else None

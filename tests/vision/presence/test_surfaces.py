@@ -327,6 +327,8 @@ def test_a_face_may_hold_the_pose_unless_more_others_do(
     it = SimpleNamespace(moved=np.array(moved, bool), mm=known, normal=normal, sigma=np.full(4, 0.1))
     assert find_rival_face(cast(SceneSurfaces, it), np.ones(4, bool), least) == face
     assert find_rival_face(cast(SceneSurfaces, it), np.zeros(4, bool), least) is None
+    bent = SimpleNamespace(**vars(it) | {"normal": np.full((4, 3), 0.1)})  # such faces have no normal
+    assert find_rival_face(cast(SceneSurfaces, bent), np.ones(4, bool), least) is None
     if sum(moved) == 1 and face is None:  # a face of another part does not hold it
         assert find_rival_face(cast(SceneSurfaces, it), np.arange(4) != 3, 1.0) == 0
 
