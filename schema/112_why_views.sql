@@ -216,7 +216,7 @@ rule AS (
         SELECT s.absent, h.max_absent, 'edges of the model are not there which should show, beside what has moved or is told missing'
         WHERE s.absent IS NOT NULL
         UNION ALL
-        SELECT s.features, h.max_features, 'so many features are told otherwise because the object is another one'
+        SELECT s.features, h.max_features, 'the features that differ are those of another object'
         WHERE s.features > h.max_features
     ) AS e
     UNION ALL

@@ -192,9 +192,9 @@ class Presence:
         of &= ~np.char.endswith(np.array(self.items.kind, str), "pattern")  # whose holes count by themselves
         count = np.bincount(self.state[of], minlength=len(STATES))
         words = (
-            f"{count[CONTRADICTED] + count[CHANGED]} features are told otherwise, {count[NOT_CONFIRMED]} are in doubt, "
+            f"too many features differ ({count[CONTRADICTED] + count[CHANGED]}, with {count[NOT_CONFIRMED]} in doubt "
         )
-        words += f"{count[CONFIRMED]} are confirmed: is the object another one, or another size?"
+        words += f"and {count[CONFIRMED]} confirmed): is the object another one, or another size?"
         return float(count @ OF_ANOTHER), words
 
     def find_explained_surfaces(self) -> Bools:
