@@ -31,9 +31,9 @@ NEAR_ROUNDS = ROUNDS[-2:]  # also tried without the others: wide ones may be led
 LEAST_GAIN = 3.0  # log odds by which the start, or the pose of the near rounds, must do better to be kept
 STEPS = 6  # Gauss-Newton steps at most in a round
 MIN_STEP_SIGMA = 0.05  # a shorter step ends a round
-# Beyond so many sigmas the last step, on what was measured at the pose, is not taken: others are of some hundredths to
-# tenths, in small pictures up to one.
-MAX_LAST_STEP_SIGMA = 2.0
+# Beyond so many sigmas the last step, on what was measured at the pose, is not taken: others are of hundredths to one,
+# of bulkheads with thousands of edges up to five (.1 to 1 mm).
+MAX_LAST_STEP_SIGMA = 6.0
 SAMPLES = 3000  # that face a camera
 DRAWS, DRAWN_ARCS = 300, 5  # of the consensus (Fischler and Bolles, 1981), and arcs in one
 CONSENSUS_PX = 1.5  # within which a measurement agrees with a draw
