@@ -67,9 +67,8 @@ class CameraUnknowns:
     @property
     def held(self) -> Floats:
         """What a pose adds to the precision (u,) of what the rig's file says of its cameras."""
-        said = np.arange(len(self.expected)) < min(
-            (it.start for it in self.standpoints.values()), default=self.mean.size
-        )
+        stands = min((it.start for it in self.standpoints.values()), default=self.mean.size)
+        said = np.arange(len(self.expected)) < stands
         return np.where(said & ~(self.shared[:, RESPONSE] != 0).any(axis=0), (ALIKE - 1) * self.precision, 0.0)
 
     def of_cameras(self, solved: Floats) -> Floats:

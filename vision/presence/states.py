@@ -191,10 +191,9 @@ class Presence:
         of = (np.array(self.items.level) == "feature") & np.isin(self.items.occurrence, parts)
         of &= ~np.char.endswith(np.array(self.items.kind, str), "pattern")  # whose holes count by themselves
         count = np.bincount(self.state[of], minlength=len(STATES))
-        words = (
-            f"too many features differ ({count[CONTRADICTED] + count[CHANGED]}, with {count[NOT_CONFIRMED]} in doubt "
-        )
-        words += f"and {count[CONFIRMED]} confirmed): is the object another one, or another size?"
+        differ, doubt, sure = count[CONTRADICTED] + count[CHANGED], count[NOT_CONFIRMED], count[CONFIRMED]
+        words = f"too many features differ ({differ}, with {doubt} in doubt and {sure} confirmed): "
+        words += "is the object another one, or another size?"
         return float(count @ OF_ANOTHER), words
 
     def find_explained_surfaces(self) -> Bools:

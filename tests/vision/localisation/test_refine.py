@@ -86,6 +86,7 @@ def test_a_fit_ends_where_the_objective_is_least() -> None:
         return float((m.weight / m.sigma**2 * left**2).sum() + prior)
 
     moves = fit.unknowns.sigma.ravel() > 0
+    np.testing.assert_allclose(fit.unknowns.held / fit.unknowns.precision, np.tile([0.0, *[29.0] * 10], 2))
     taken = np.concatenate([perturbation(pose, found.world_from_rig), (found.camera_unknowns - own).ravel()])
     least = objective(taken)
     assert objective(np.zeros(28)) > least
