@@ -26,7 +26,7 @@ EYE = np.eye(4).tolist()
 
 @dataclass(frozen=True)
 class Truth:
-    """One camera: size, fx fy cx cy (pixel (0, 0) at its centre), OpenCV's coefficients, and the transform from the rig, mm."""
+    """One camera: size, fx fy cx cy (pixel (0, 0) at its centre), OpenCV's coefficients, place from the rig, mm."""
 
     width: int
     height: int
