@@ -111,8 +111,7 @@ class Tracer:
 
 
 def answer(names: list[str], stores: Path, expected: dict[str, Answer]) -> None:
-    """Call some, a line of JSON each, until one answers otherwise than expected: the child process.  Where nothing is
-    expected it is told which lines ran."""
+    """Call some, a line of JSON each, until one answers otherwise: the child; nothing expected, which lines ran."""
     from relmodel.errors import RelmodelError
 
     for name in names:

@@ -95,8 +95,7 @@ class Siblings:
 
 
 def find_siblings(pair: RenderedPair, left: StereoArcs, right: StereoArcs) -> Siblings:
-    """Which arcs show the same edge: the right arc passes within 3 px of where an edge point of the left one is seen,
-    on the same edge or within 3 mm of it."""
+    """Which arcs show one edge: the right passes within 3 px of the left one's points, on that edge or within 3 mm."""
     arcs = {"left": left, "right": right}
     own = {n: np.repeat(np.arange(len(a)), np.diff(a.offsets)) for n, a in arcs.items()}
     beside = {n: _edges_beside(pair.edges[n], arcs[n].points) for n in NAMES}

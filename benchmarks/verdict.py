@@ -225,8 +225,7 @@ def read(folder: Path) -> list[dict[str, Any]]:
 
 
 def is_fitted(line: dict[str, Any]) -> bool:
-    """Whether a trial is of the half that weights are fitted on, drawn by what it looks for; other rules refuse those
-    of REFUSED_OTHERWISE."""
+    """Whether a trial is of the half fitted on, drawn by what it looks for; rules refuse those of REFUSED_OTHERWISE."""
     own = line["name"].split(" <- ")[0]
     return line["kind"] not in REFUSED_OTHERWISE and zlib.crc32(own.encode()) % 2 == 0
 

@@ -89,7 +89,7 @@ def read_bytes(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> byte
 
 
 def read_text(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> str:
-    """The text in the `what` at `path`, without a byte order mark.  InputError as of `read_bytes`, or if no text."""
+    """The text in the `what` at `path`, without a byte order mark.  InputError as `read_bytes`, and where not text."""
     try:
         return read_bytes(path, what, most_bytes).decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -171,8 +171,7 @@ class GeoIndex(Peer):
 
 
 class Vtk(Peer):
-    """VTK's static cell locator over the boxes' diagonals, whose bounds they are; it gives the cells of all its bins
-    that a box meets, and the bounds decide."""
+    """VTK's static cell locator over the boxes' diagonals; of the cells of all bins that a box meets bounds decide."""
 
     name = "VTK locator"
 

@@ -22,8 +22,7 @@ Draw = np.random.Generator
 
 @dataclass(frozen=True)
 class Exposure:
-    """Doublings brighter than the percentile of white says, electrons at white, readout noise in electrons, blur in px
-    and the exponent of the grey values."""
+    """Doublings above the percentile of white, electrons at white, readout noise in electrons, blur in px, exponent."""
 
     ev: float
     full: float

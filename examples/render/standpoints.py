@@ -37,8 +37,7 @@ REGION = np.array([420.0, 300.0])  # mm of the bulkhead
 
 
 def draw_standpoints(seed: int, points: Array, above_deg: tuple[float, float] = ABOVE_DEG) -> Shot:
-    """One camera at eight places about an object of these points (n, 3), each far enough from all others and so many
-    degrees above its plane."""
+    """One camera at eight places about these points (n, 3), far enough apart and so many degrees above their plane."""
     rng = np.random.default_rng([seed, 51])
     camera, reach = draw_camera(rng, SIZE), float(np.linalg.norm(np.ptp(points, axis=0)))
     middle = (points.min(0) + points.max(0)) / 2

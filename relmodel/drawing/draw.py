@@ -205,7 +205,8 @@ _DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands f
 
 
 def course(points: Floats, detail: float = _DETAIL_PX) -> str:
-    """SVG path data of points (n, 2), px, but those that a straight piece passes within `detail` (Douglas, Peucker)."""
+    """SVG path data of points (n, 2), px, without those that a straight piece passes within `detail` (Douglas and
+    Peucker 1973, by OpenCV)."""
     return path_data(np.asarray(cv2.approxPolyDP(points.astype(np.float32), detail, False)[:, 0], float))
 
 

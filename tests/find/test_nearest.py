@@ -42,8 +42,7 @@ def test_distances_of_bodies() -> None:
 
 
 def test_distances_of_meshes() -> None:
-    """A ring and balls, one of them far away, against closed forms: neither is the ring's hull taken nor a ball missed
-    that is wholly inside its material."""
+    """A ring and balls, one far away, in closed form: no hull is taken for the ring, no ball inside it is missed."""
     ring = np.array(trimesh.creation.torus(20, 5, major_sections=64, minor_sections=32).triangles)
     ball = np.array(trimesh.creation.icosphere(subdivisions=3, radius=4).triangles)
     cases = [((0, 0, 0), True, 11.0), ((0, 0, 12), True, np.hypot(20, 12) - 9), ((40, 0, 0), True, 11.0)]

@@ -18,8 +18,7 @@ from relmodel.store import Run
 
 
 def random_problem(rng: np.random.Generator, most_units: int = 9) -> MatchingProblem:
-    """Few units and labels, any relation, costs that may be negative, weights that may be 0 and differ both ways, pairs
-    that save more or less of them."""
+    """Few units and labels, any relation, costs of any sign, weights that may be 0 and differ both ways, savings."""
     units, labels = int(rng.integers(1, most_units + 1)), int(rng.integers(1, 7))
     share = rng.uniform(0.2, 0.8) * min(1.0, 14 / (units * labels))
     unit, label = np.nonzero(rng.random((units, labels)) < share)

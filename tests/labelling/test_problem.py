@@ -70,8 +70,7 @@ def test_rows_of_a_result() -> None:
 
 
 def test_a_problem_laid_out_for_the_kernels() -> None:
-    """Each saving as seen from either end, by candidate and neighbour; candidates 0 to 5 are (0, 0), (0, 2), (1, 2),
-    (3, 0), (3, 2), (4, 1)."""
+    """Each saving from either end; candidates 0 to 5 are (0, 0), (0, 2), (1, 2), (3, 0), (3, 2), (4, 1)."""
     t = search_tables(PROBLEM)
     assert t.base.tolist() == [5 + 12, 1 + 12, 2 + 6, 4, 3, 7 + 3]
     gains = {(0, 1): 4, (1, 3): 2, (1, 4): 8 + 3, (2, 0): 4, (3, 0): 2, (5, 0): 8 + 3}  # of a candidate and a neighbour

@@ -29,7 +29,8 @@ _UP = (0, 1, 0)  # of an object: as its drawings show it
 def object_page(
     store: Store, connection: Connection, name: str, variant: str = "", around: Mapping[str, Any] | None = None
 ) -> str:
-    """The page of an object: its tree, features by kind, the model; around: as of a run's page."""
+    """The page of an object: its tree, its features by kind, the model; around: as of a run's page.  Raises UsageError
+    where it is not loaded."""
     tree = read_tree(store, connection, name, variant)
     rows = tree_rows(store, connection, tree)
     shapes, parts = _parts(store, connection, tree)

@@ -139,8 +139,7 @@ def test_a_call_names_standpoints_or_pictures(words: list[str], capsys: Capsys) 
 def test_two_arms_are_one_inspection_that_corrects_both_bases(
     blocks_template: Path, copy_store: CopyStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    """Arms of unlike rigs, by joints, whose bases are off by 3 mm and .2 degrees: told to a tenth of that.  One of five
-    standpoints is left out."""
+    """Arms of unlike rigs, by joints, with bases 3 mm and .2 degrees off, told to a tenth; a standpoint is left out."""
     monkeypatch.chdir(tmp_path)
     store, rng = copy_store(str(blocks_template)), np.random.default_rng(3)
     lines, truth, poses = ["name,on,left,cam,joints,sigma_mm,sigma_deg"], {}, {}

@@ -89,8 +89,7 @@ NAMES = ("radius_a", "radius_b", "distance", "normals", "rise_a", "rise_b")
 
 
 def test_standard_deviations_of_relations_are_those_of_drawn_circles() -> None:
-    """Drawn anew by their covariances, relations differ by as much as is said; by more where an angle is near to none,
-    whose cosine only falls."""
+    """Drawn anew relations differ by as much as is said; more where an angle is near none, whose cosine only falls."""
     rng, truth = np.random.default_rng(4), circles(6, 9)
     root = rng.normal(0, 0.1, (6, 7, 7)) * np.array([2.0] * 3 + [0.1] * 3 + [2.0])[:, None]
     across = np.eye(3) - np.einsum("ni,nj->nij", truth.normal, truth.normal)

@@ -97,6 +97,17 @@ def test_a_fit_ends_where_the_objective_is_least() -> None:
             assert objective(step) > least - 1e-6
 
 
+@pytest.mark.parametrize(("sigmas", "is_taken"), [(5.0, True), (7.0, False)])
+def test_the_last_step_is_taken_up_to_six_sigma(sigmas: float, is_taken: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a pose that is kept so many sigma aside, were all errors independent."""
+    fit, truth = problem()
+    found = fit.solve(truth, np.zeros(6, bool))
+    aside = np.array([sigmas / np.sqrt(np.linalg.inv(found.left)[0, 0]), 0, 0, 0, 0, 0])
+    kept = fit.measure(perturb(found.world_from_rig, aside), found.solved, found.excluded)
+    monkeypatch.setattr(fit, "solve", lambda *_: kept)
+    assert np.any(fit.refine_roughly(truth).world_from_rig != kept.world_from_rig) == is_taken
+
+
 @pytest.mark.parametrize("tolerance_mm", [0.0, 0.2])
 def test_the_covariance_is_that_of_independent_stretches_arcs_and_priors(tolerance_mm: float) -> None:
     fit, truth = problem(Errors(arc_px=0.2), tolerance_mm)

@@ -19,8 +19,7 @@ FLAT = rectify(parallel_rig())
 
 
 def by_loops(left: StereoArcs, right: StereoArcs, i: int, j: int) -> tuple[Floats, Floats]:
-    """Ends (6,) of one pair in space and their covariance (6, 6): a fit by rows of equations, prior and all, and
-    differences in place of derivatives."""
+    """Ends (6,) of a pair in space and covariance (6, 6): by rows of equations, prior and all, and by differences."""
     a, b = (s.points[s.offsets[k] : s.offsets[k + 1]] - CENTRE for s, k in ((left, i), (right, j)))
     shared = np.flatnonzero((a[:, 1] >= b[:, 1].min() - 1) & (a[:, 1] <= b[:, 1].max() + 1))
     at = [shared[0], shared[-1]] if len(shared) else [0, len(a) - 1]
