@@ -453,8 +453,7 @@ def doubt_presence(
     verdict: Verdict, stored: StoredScene, it: Presence, needs: Needs, p: InspectionParameters
 ) -> Verdict:
     """The verdict on a pose by what is there: edges of the parts that hold it that should show and do not, beside what
-    is told of by itself; their features, where too many differ; faces that have moved so far that they could
-    hold it elsewhere; and faces that all lie off."""
+    is told of by itself; too many features that differ; faces moved so far that they hold it elsewhere, or all off."""
     runs, surfaces = it.signs.runs, it.signs.surfaces
     parts = it.find_holding_parts(p.presence.states)
     holding = np.isin(stored.scene.surface_occurrence, parts)
