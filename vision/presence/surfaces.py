@@ -441,9 +441,9 @@ def assess_surfaces(
     inward, middle, normal = _bend(samples, count)
     opposed = find_opposed(items, stored.scene, middle, normal)
     run, side = np.nonzero(runs.surface >= 0)
-    weight, supported = (
+    weight, supported, showing = (
         np.bincount(runs.surface[run, side], px[run], count).astype(float)
-        for px in (runs.weight_px, runs.weight_px * runs.found)
+        for px in (runs.weight_px, runs.weight_px * runs.found, runs.weight_px * runs.shows)
     )
     sought, log_odds = seek_moved(edges, count, cameras, opposed, p)
     there = np.flatnonzero(weight >= p.moved.least_distinct_px)
@@ -454,7 +454,7 @@ def assess_surfaces(
     certain &= find_shaded(edges, open_mm) < p.moved.most_shaded
     # Surfaces found in place, or found displaced, or bent around and found all around, wherever their rims lie.
     agree_px = offsets.agree * p.account.runs.stretch_px
-    found, in_place = (px >= p.moved.least_there * weight[there] for px in (agree_px, supported[there]))
+    found, in_place = (px >= p.moved.least_there * showing[there] for px in (agree_px, supported[there]))
     in_a_wall = items.inset[there] & in_place  # as half of a rim is, by its tolerance
     sure = np.where(sought[there] != 0, certain[there] | closed | in_a_wall, in_place | (closed & found))
     sure &= agree_px >= p.moved.least_distinct_px
