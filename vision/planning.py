@@ -237,8 +237,7 @@ def reaches_any_pose(mounted: MountedRig) -> bool:
 
 
 def spread_joints(mounted: MountedRig) -> tuple[Floats, list[dict[str, float]]]:
-    """Poses (n, 4, 4) of a mounted rig over the range of its few joints, and these (rad, mm): where it stands alone
-    without any."""
+    """Poses (n, 4, 4) of a mounted rig over the range of its few joints, and these (rad, mm), or where it stands."""
     if mounted.tree is None:
         return mounted.world_from_rig[None], [{}]
     joints = mounted.tree.movable

@@ -22,13 +22,7 @@ from relmodel.labelling.problem import (
     result_rows,
 )
 from relmodel.labelling.solve import MODES, solve
-from tests.labelling.oracle import (
-    enumerated_cost,
-    programme_cost,
-    prohibitive_cost,
-    random_problem,
-    without_nulls,
-)
+from tests.labelling.oracle import enumerated_cost, programme_cost, prohibitive_cost, random_problem, without_nulls
 from tests.labelling.scenes import KINDS, scene
 
 EXACT = tuple(mode for mode in MODES if mode != "paper")

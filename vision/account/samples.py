@@ -133,7 +133,7 @@ def _find_owners(samples: Samples, nearby: Nearby, p: SupportParameters) -> tupl
 
 def weigh_samples(samples: Samples, p: SupportParameters) -> Floats:
     """The px (n,) that samples count where they are found, as in `SampleSupport`: no picture is needed to say."""
-    return np.where(_are_crowded(samples, p) | ~samples.inside, 0.0, samples.length_px)
+    return np.where(are_crowded(samples, p) | ~samples.inside, 0.0, samples.length_px)
 
 
 def share_surface(a: Ints, b: Ints) -> Bools:
@@ -146,8 +146,9 @@ def _by_camera(pixel: Floats, camera: Ints) -> Floats:
     return np.column_stack([pixel, 1e6 * camera])
 
 
-def _are_crowded(samples: Samples, p: SupportParameters) -> Bools:
-    """Which samples lie too near to a nearly parallel predicted edge of other surfaces to be distinguished from it."""
+def are_crowded(samples: Samples, p: SupportParameters, *, by_own: bool = False) -> Bools:
+    """Which samples lie too near to a nearly parallel predicted edge of other surfaces, or beside one of any, to be
+    distinguished from it."""
     from scipy.spatial import cKDTree
 
     out = np.zeros(len(samples.run), bool)
@@ -157,7 +158,11 @@ def _are_crowded(samples: Samples, p: SupportParameters) -> Bools:
     i, j = i[other], j[other]
     parallel = np.abs(np.einsum("ni,ni->n", samples.direction[i], samples.direction[j])) > p.crowded_cosine
     i, j = i[parallel], j[parallel]
-    alien = ~share_surface(samples.kin[i], samples.kin[j])
+    if by_own:  # not one that goes on where it ends, or lies in the same place
+        (x, y), (along_x, along_y) = (samples.pixel[j] - samples.pixel[i]).T, samples.direction[i].T
+        alien = np.abs(x * along_y - y * along_x) > p.tie_px
+    else:
+        alien = ~share_surface(samples.kin[i], samples.kin[j])
     out[i[alien]] = out[j[alien]] = True
     return out
 

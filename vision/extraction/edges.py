@@ -202,8 +202,7 @@ def detect_edges(
     """Edge elements of a grey image (rows, columns) at facet scale `sigma` px, thinned to one per edge and pixel.
 
     `p` says what is kept (its scale is not used).  `noise` (256,) is the curve of `estimate_noise`, estimated
-    when not given.  No element lies within two and a half sigma of the border, where the mirrored picture would
-    displace it."""
+    when not given.  None lies within two and a half sigma of the border, where the mirrored picture displaces it."""
     from vision.extraction import edge_kernels
 
     grey = to_grey(image)

@@ -290,8 +290,7 @@ def _basis(place: Floats, length: float, intervals: int) -> tuple[Floats, Floats
 
 @dataclass(frozen=True)
 class RefinedPolylines:
-    """Points (px) of all arcs packed, parallel to their elements, and the standard deviation (px) of each across its
-    arc."""
+    """Points (px) of all arcs packed, parallel to their elements, with their standard deviation (px) across arcs."""
 
     x: Floats
     y: Floats
@@ -339,8 +338,7 @@ def compute_curvature_bias(radius: Floats, half_spread: Floats) -> Floats:
 
 
 def measure_from_circles(x: Floats, y: Floats, fit: Floats, bias: Floats) -> Deviations:
-    """Deviations of points (m,) from circles; `fit` (m, 3) centre and radius as seen, `bias` (m,) how far these are
-    drawn inwards."""
+    """Deviations of points (m,) from circles; `fit` (m, 3): centre and radius, seen `bias` (m,) too far inwards."""
     u, v, radius = x - fit[:, 0], y - fit[:, 1], fit[:, 2]
     away = np.maximum(np.hypot(u, v), 1e-12)
     return Deviations(away - radius, u / away, v / away, bias, np.full_like(x, np.nan))

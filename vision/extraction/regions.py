@@ -211,8 +211,7 @@ def _flooded(depth: Floats32, p: RegionParameters) -> Ints32:
 
 
 def trap(deep: Bools, labels: Ints32, count: int) -> int:
-    """Give the 4-connected parts of what is deep that hold no label (0 is none) new labels after `count`; returns the
-    last."""
+    """Give the 4-connected parts of what is deep without a label (0) new ones after `count`; returns the last."""
     import cv2
 
     number, part = cv2.connectedComponents(deep.view(np.uint8), connectivity=4, ltype=cv2.CV_32S)

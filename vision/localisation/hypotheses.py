@@ -70,8 +70,7 @@ def lie_within(low: Floats, high: Floats, pixel: Floats) -> Bools:
 
 
 def collect_edge_points(picture: Primitives, camera: Camera, grey: Bytes | Floats | None = None) -> EdgePoints:
-    """The edge elements of a picture without the camera's distortion; its grey (rows, columns) says where light hides
-    them."""
+    """The edge elements of a picture without distortion; its grey (rows, columns) says where light hides them."""
     elements = picture.elements
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)

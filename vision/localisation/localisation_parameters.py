@@ -58,7 +58,8 @@ class VerdictParameters:
     """sigmas from the prior beyond which a pose contradicts it: one in 5,000 errs by 5 in six dimensions"""
     max_apart_sigma: float = 4.73  # sigmas by which the cameras may disagree: more has one in 1,000 in six dimensions
     max_calibration_sigma: float = 3.5  # by which pictures may show a camera otherwise: more has one in 2,000
-    max_standpoint_sigma: float = 2.6  # by which pictures may show a standpoint elsewhere: more has one in 110
+    named_standpoint_sigma: float = 2.6  # from which pictures show a standpoint elsewhere, and it is named: one in 110
+    max_standpoint_sigma: float = 3.5  # beyond which the pose is refused: more has one in 2,000
     max_calibration_sigma_alone: float = 2.3
     """the same of a picture alone, one in 50: what no other contradicts is sooner wrong than so unlikely"""
     own_share: float = 0.01

@@ -39,8 +39,7 @@ from vision.scene import Scene
 
 def align_with_lines(point: Floats, tangent: Floats, across: Floats, weight: Floats, middle: Floats) -> Floats:
     """Motions (k, 4, 4) that lead points (k, n, 3) of weights (k, n) onto lines along unit tangents (k, n, 3), from
-    which they are `across` (k, n, 3) off: one step of least squares, turned about middles (k, 3).  Along its line a
-    point is free to slide."""
+    which they are `across` (k, n, 3) off: one step of least squares, turned about middles (k, 3); they slide along."""
     # A step (t, r) about the middle moves a point x by t + r x (x - middle).
     arm = point - middle[:, None]
     jacobian = np.zeros((*arm.shape, 6))

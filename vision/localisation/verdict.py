@@ -90,8 +90,7 @@ def draw_shifts(cameras: int, p: ElsewhereParameters) -> Floats:
 
 
 def draw_elsewhere(prediction: Prediction, p: ElsewhereParameters) -> Floats:
-    """Perturbations (n, 6) by which the image of what is seen moves by `near_px` to `far_px` (rms) in any way that
-    poses move it."""
+    """Perturbations (n, 6) by which the image of what is seen moves, in any way, by `near_px` to `far_px` (rms)."""
     _, jacobian = project_with_jacobians(prediction)
     depth = float(np.median(np.linalg.norm(prediction.point, axis=1)))
     unit = np.repeat([depth, 1.0], 3)
@@ -576,6 +575,8 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
             reason += "; the model is symmetric: from its other poses the rig sees the same"
         if it.excluded:
             reason += f"; without {it.excluded} placed parts that are not where the model says"
+        if it.misfit is not None and it.misfit.of_standpoint and it.misfit.sigmas > p.named_standpoint_sigma:
+            reason += f"; {it.misfit.words}"
     else:
         verdict = "ambiguous" if len(costs) > 1 and len(missing) == 1 else "refused"
         reason = "; ".join(missing)
@@ -607,8 +608,7 @@ def doubt_face(verdict: Verdict, mm: float, face: str) -> Verdict:
 
 
 def weigh_against_prior(verdict: Verdict, prior: Prior, world_from_rig: Floats, *, believe_pictures: bool) -> Verdict:
-    """The verdict on a pose that was found without the prior, which contradicts it: refused, unless the pictures are to
-    be believed."""
+    """The verdict on a pose found without the prior, which contradicts it: refused, unless pictures are believed."""
     mm = float(np.linalg.norm(world_from_rig[:3, 3] - prior.world_from_rig[:3, 3]))
     sigma = prior.distance(world_from_rig)
     apart = f"the pictures put the rig {mm:.0f} mm, {sigma:.1f} sigma, from the prior"

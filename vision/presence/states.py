@@ -146,8 +146,7 @@ REASONS = (
 @dataclass(frozen=True)
 class ItemEvidence:
     """Evidence for items, by camera (n, c): px of edges in view, of them px that can be distinguished from others, of
-    those px supported; log_odds: of there against not there; expected_log_odds: what they would be in the mean, were it
-    there."""
+    those px supported; log_odds: of there against not there; expected_log_odds: their mean, were it there."""
 
     edge_px: Floats
     distinct_px: Floats
@@ -177,8 +176,7 @@ class Presence:
     measures: Measures
 
     def find_holding_parts(self, p: StateParameters) -> Ints:
-        """The scene's occurrences whose edges hold the pose: of what is not missing those that lack no edge, where they
-        show enough."""
+        """The scene's occurrences whose edges hold the pose: of what is there what lacks none, if it shows enough."""
         part = np.array([level == "part" for level in self.items.level], bool)
         there = part & (self.state != CONTRADICTED)
         whole = there & (self.signs.absent < 0)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, count_from, sum_by_group
 from vision.account.runs import EdgeRuns, compute_log_odds
-from vision.account.samples import Nearby, Samples
+from vision.account.samples import Nearby, Samples, are_crowded
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DisplacementParameters, PresenceParameters
 from vision.scene import Scene, StoredScene
@@ -94,8 +94,7 @@ def fit(
 ) -> Displacement:
     """Where the elements beside samples put their bodies: robust least squares (Geman and McClure) from starts (m, 4).
 
-    body (n,), counts (n,): of the samples, and as how many measurements each counts; sigma (m, 4): of the unknowns
-    where nothing is seen."""
+    body (n,), counts (n,): of samples, and as how many measurements each counts; sigma (m, 4): of what is unseen."""
     x, count = start.copy(), len(start)
     prior = sigma[:, :, None] ** -2.0 * np.eye(4)
     for reach in p.reach_px:
@@ -314,7 +313,11 @@ def measure_moved(
 
     free = np.where(closed[:, None], FREE_MM, FIXED_MM)
     sigma = np.concatenate([free, free, free, np.full((count, 1), FREE_MM)], axis=1)
-    return fit(look, body, length / p.account.runs.stretch_px, start, sigma, p.displacement), closed
+    found = fit(look, body, length / p.account.runs.stretch_px, start, sigma, p.displacement)
+    # Edges nearer than the operator is wide draw each other aside, as the rim and the foot of a washer.
+    crowded = are_crowded(samples, p.account.support, by_own=True)[sample]
+    worse = 1 + (p.moved.crowded**2 - 1) * np.bincount(body, near * crowded, count) / total[:, 0]
+    return replace(found, covariance=found.covariance * worse[:, None, None]), closed
 
 
 def seek_moved(

@@ -21,6 +21,7 @@ from vision.account.samples import (
     Samples,
     SampleSupport,
     Sides,
+    are_crowded,
     collect_samples,
     find_nearby,
     look_at_sides,
@@ -247,6 +248,8 @@ def test_an_element_supports_the_nearer_of_two_edges_alone_unless_they_cannot_be
     assert measure_support(*two_lines(0.3, ((0, 1), (2, 3))), p).found.all(), "edges that coincide share"
     assert not measure_support(*two_lines(2.5, ((0, 1), (2, 3))), SupportParameters()).weight.any()
     assert measure_support(*two_lines(6.0, ((0, 1), (2, 3))), SupportParameters()).weight.all()
+    crowded = [are_crowded(two_lines(it, ((0, 1), (1, 2)))[0], p, by_own=True).all() for it in (0.4, 0.8, 1.2)]
+    assert crowded == [False, True, False], "what lies in one place, beside, and farther off"
 
 
 def some_runs(seed: int) -> tuple[Samples, SampleSupport, Sides]:

@@ -18,12 +18,7 @@ from relmodel.store import Store
 from tests.vision.constellations.test_join import OBJECT, circles, keep, moved
 from vision.cameras.cameras import Camera
 from vision.constellations.constellation_parameters import EllipseParameters, OnePictureParameters
-from vision.constellations.elements import (
-    Circles,
-    PictureEllipses,
-    find_circles,
-    find_ellipses,
-)
+from vision.constellations.elements import Circles, PictureEllipses, find_circles, find_ellipses
 from vision.constellations.find_poses import join_ellipses
 from vision.extraction.arcs import ELLIPTIC
 from vision.extraction.rows import Primitives

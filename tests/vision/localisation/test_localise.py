@@ -127,12 +127,7 @@ def test_elements_of_arcs_with_a_partner_are_likelier_of_the_object() -> None:
     ("cameras", "open_", "joined", "words"),
     [
         (("left", "right"), False, False, "no arc of the model is in view near the prior"),
-        (
-            ("left", "right"),
-            True,
-            True,
-            "the edges of the pictures speak against each pose that the circles and",
-        ),
+        (("left", "right"), True, True, "the edges of the pictures speak against each pose that the circles and"),
         (("left", "right"), True, False, "too few circles and straight edges of the pictures lie to each other"),
         (("left",), True, True, "the edges of the picture speak against each pose that the circles give: give a prior"),
         (("left",), True, False, "too few circles of the picture lie to each other"),

@@ -263,19 +263,19 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
 
 
 @pytest.mark.parametrize(
-    ("cameras", "of", "sigmas", "verdict"),
-    [(2, "", 3.4, "accepted"), (2, "", 3.6, "refused"), (0, "", 2.2, "accepted"), (0, "", 2.4, "refused"),
-     (4, "standpoint", 2.5, "accepted"), (4, "standpoint", 2.7, "refused")],
+    ("cameras", "of", "sigmas", "verdict", "named"),
+    [(2, "", 3.4, "accepted", 0), (2, "", 3.6, "refused", 1), (0, "", 2.2, "accepted", 0), (0, "", 2.4, "refused", 1),
+     (4, "standpoint", 2.5, "accepted", 0), (4, "standpoint", 2.7, "accepted", 1), (4, "standpoint", 3.6, "refused", 1)]
 )  # fmt: skip
-def test_a_calibration_that_does_not_hold_refuses_the_pose_sooner_of_one_picture_or_a_standpoint(
-    cameras: int, of: str, sigmas: float, verdict: str
+def test_a_calibration_that_does_not_hold_refuses_sooner_of_one_picture_and_a_standpoint_is_named_before(
+    cameras: int, of: str, sigmas: float, verdict: str, named: bool
 ) -> None:
     support = {str(k): CameraSupport(1000.0, 1000.0, 1000.0, 0.9, LITTLE) for k in range(cameras)}
     misfit = Misfit(sigmas, "so and so", of == "standpoint")
     evidence = PoseEvidence(0.9, cameras * [1000.0], support, LITTLE, (0.01, 1e-5, "x"), 0, misfit)
     found = judged(table(), evidence)
     assert (found.verdict, found.missing) == (verdict, [] if verdict == "accepted" else ["so and so"])
-    assert found.weighed["calibration"] == sigmas
+    assert (found.weighed["calibration"], "so and so" in found.reason) == (sigmas, named)
     assert found.rig == (None if verdict == "accepted" else "so and so")
     assert judged(table(), replace(evidence, agreement=0.1)).rig is None
 

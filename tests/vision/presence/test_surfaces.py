@@ -292,6 +292,16 @@ def test_smaller_displacements_than_edges_are_blunt_are_none() -> None:
     assert mm >= 1.33 or not mm
 
 
+def test_what_has_another_edge_beside_it_is_known_half_as_well() -> None:
+    """A rim of two arcs of which one lies 1.5 px outside the other."""
+    edges, _ = rim(np.zeros(2), 0.5)
+    two = np.arange(190) % 2
+    pixel = edges.samples.pixel + 1.5 * two[:, None] * edges.samples.normal[:, 1, :2]
+    beside = replace(edges, samples=replace(edges.samples, arc=two, pixel=pixel))
+    alone, crowded = (measure_moved(it, np.array([1]), np.zeros(2), P)[0].covariance for it in (edges, beside))
+    np.testing.assert_allclose(crowded, 4 * alone)
+
+
 @pytest.mark.parametrize("half", [False, True])
 def test_only_what_bends_around_is_shifted_aside(half: bool) -> None:
     """Of half a rim a shift and a width are not told apart: all is taken for a displacement outward."""
