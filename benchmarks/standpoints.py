@@ -195,7 +195,7 @@ def measure(part: Part, sets: int, seed: int, told: dict[str, list[float]]) -> N
                 other, _ = ask(stores[0], standpoints=part.standpoints(names, rng, moved), prior=prior)
                 words, found = f"standpoint {names[moved]} is ", other.standpoints[moved]["moved"]
                 if found is not None:  # a bad picture tells of nothing
-                    told["moved by 6 sigma named, %"].append(100.0 * words in other.reason)
+                    told["moved by 6 sigma named, %"].append(100.0 * (words in other.reason))
         for size in () if is_cube else (2, 8):
             for names in draw_sets(part, size, 1, 20.0, rng):
                 shown: dict[str, Any] = {
