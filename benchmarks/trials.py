@@ -215,7 +215,9 @@ def single_pictures(data: Path, name: str, models: Models) -> Iterator[Trial]:
     for number, frame in enumerate(described["frames"]):
         picture = read_picture(data / name / frame["image"])
         truth = inverse(np.array(frame["camera_from_object"], float))
-        camera = Camera(picture.width, picture.height, np.array(frame["K"], float))
+        matrix = np.array(frame["K"], float)
+        matrix[:2, 2] -= 0.5 * (name == "render_box")  # rendered about the middle of 640 px, which is 319.5 here
+        camera = Camera(picture.width, picture.height, matrix)
         prior = draw_prior(truth, 10 / np.sqrt(3), 3 / np.sqrt(3), (1, number))
         target = apply(truth, np.array([[0.0, 0.0, float(np.linalg.norm(truth[:3, 3]))]]))[0]
         yield Trial(
