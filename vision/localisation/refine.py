@@ -56,8 +56,9 @@ LEADING_SHARE, LEADING_ARCS = 0.5, 8
 def compute_covariance(
     m: Measurements, held: Measurements, prediction: Prediction, stretch: Ints, hessian: Floats, beyond: Floats
 ) -> Floats:
-    """Covariance (6, 6) of a pose from its measurements, as they are and as `hold_shifts` gives them: that of an
-    M-estimator (Huber, 1981) whose measurements err in several ways; beyond (u,): of `CameraUnknowns.held`.
+    """Covariance (6 + u, 6 + u) of a pose and what is solved of its cameras from its measurements, as they are and as
+    `hold_shifts` gives them: that of an M-estimator (Huber, 1981) whose measurements err in several ways; beyond (u,):
+    of `CameraUnknowns.held`.
 
     Samples near each other err together (texture, shading), so stretches of arcs (of `group_by_stretch`) are what is
     independent.  The image of an arc may be shifted as a whole (light, a clipped edge, an arc not where the model
@@ -76,7 +77,7 @@ def compute_covariance(
     known = np.bincount(group, weight)
     rows = np.flatnonzero(known > 0)
     if not len(rows):
-        return np.asarray(inverse[:6, :6])
+        return np.asarray(inverse)
     mean = np.bincount(group, weight * m.offset) / np.where(known > 0, known, 1.0)
     off = weight * (m.offset - mean[group])
     scatter = sum_by_group(stretch, held.jacobian, int(stretch.max()) + 1, off)
@@ -94,15 +95,15 @@ def compute_covariance(
     variance = max(variance - float(expected.sum() / length.sum()), 0.0)
     meat = scatter.T @ scatter + variance * shift.T @ shift + hessian - data + ALIKE * kept
     meat += _scatter_by_tolerance(held, prediction, weight)
-    covariance = (inverse @ meat @ inverse)[:6, :6] + _scatter_without_arcs(held, group, hessian)
+    covariance = inverse @ meat @ inverse + _scatter_without_arcs(held, group, hessian)
     return np.asarray((covariance + covariance.T) / 2)
 
 
 def _scatter_without_arcs(m: Measurements, group: Ints, hessian: Floats) -> Floats:
-    """Sum (6, 6) of the outer products of how far the pose moves, to first order, without the image of each arc."""
+    """Sum (6 + u, 6 + u) of the outer products of how far the solution moves, to first order, without each arc."""
     gradients, hessians = _by_group(m, group)
     # An arc that alone determines the pose in some direction leaves next to nothing without it.
-    moved = np.linalg.solve(hessian - 0.999 * hessians, gradients[..., None])[:, :6, 0]
+    moved = np.linalg.solve(hessian - 0.999 * hessians, gradients[..., None])[..., 0]
     return np.asarray(moved.T @ moved)
 
 
@@ -164,8 +165,8 @@ class RefinedPose:
     asked.  others: poses that explain the pictures by other occurrences being off their place, or by none.
     solved (u,): what was solved of the cameras, of which their unknowns follow; shown (c, 11): these as the pictures
     have them, the file held no more than it says; left (6 + u, 6 + u): covariance of pose and what was solved, were all
-    errors of the measurements independent; strain: half of the sum of squares by which standpoints are off, in sigmas.
-    cost: half of the prior's distance squared and the strain, less the evidence of edges and outlines."""
+    errors of the measurements independent, and spread, as they are; strain: half of the sum of squares by which
+    standpoints are off, in sigmas.  cost: half of the prior's distance squared and the strain, less the evidence."""
 
     world_from_rig: Floats
     covariance: Floats
@@ -185,6 +186,7 @@ class RefinedPose:
     solved: Floats = field(default_factory=lambda: np.zeros(0))
     shown: Floats = field(default_factory=lambda: np.zeros((0, COUNT)))
     left: Floats = field(default_factory=lambda: np.zeros((6, 6)))
+    spread: Floats = field(default_factory=lambda: np.zeros((6, 6)))
     strain: float = 0.0
 
     @property
@@ -377,9 +379,10 @@ class Fit:
         held = hold_shifts(m, prediction)
         hessian, _ = self._normal_equations(held, pose, solved)
         inverse, shared = np.asarray(np.linalg.inv(hessian), float), self.unknowns.shared
+        spread = compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian, self.unknowns.held)
         return RefinedPose(
             pose,
-            compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian, self.unknowns.held),
+            spread[:6, :6],
             own,
             np.sqrt(np.maximum(np.einsum("ciu,uv,civ->ci", shared, inverse[6:, 6:], shared, optimize=True), 0.0)),
             prediction,
@@ -390,6 +393,7 @@ class Fit:
             solved=solved,
             shown=own,
             left=inverse,
+            spread=spread,
             strain=0.5 * sum(float(solved[it] @ solved[it]) for it in self.unknowns.standpoints.values()),
         )
 

@@ -451,15 +451,13 @@ def compare_standpoints(rig: Rig, best: RefinedPose) -> dict[str, SolvedStandpoi
     """Each standpoint by name, at the best pose of a rig."""
     from scipy.special import chdtrc, ndtri
 
-    unknowns, out = describe_unknowns(rig), {}
-    for name, columns in unknowns.standpoints.items():
+    out = {}
+    for name, columns in describe_unknowns(rig).standpoints.items():
         off, root = best.solved[columns], rig.standpoints[name].root
-        left = best.left[6:, 6:][columns, columns]
+        left, spread = (it[6:, 6:][columns, columns] for it in (best.left, best.spread))
         value, axes = np.linalg.eigh(left)
-        share = np.clip(1 - value, 0.0, 1.0)
-        # What the other standpoints leave open errs as stated; what pictures leave open, `BEYOND` times as much.
-        by_pictures = np.clip(value - 1 / len(unknowns.standpoints), 0.0, 1.0)
-        shown = share * (1 + (BEYOND**2 - 1) * by_pictures)
+        share = np.clip(1 - value, 0.0, 1.0)  # of what is stated, which errs by that, and as measurements do beyond
+        shown = share + np.maximum(np.einsum("ij,ik,kj->j", axes, spread - left, axes), 0.0)
         told = share > LEAST_TOLD
         square = float(((axes.T @ off)[told] ** 2 / shown[told]).sum())
         sigmas = -float(ndtri(max(float(chdtrc(max(told.sum(), 1), square)), 1e-300) / 2))
@@ -467,7 +465,7 @@ def compare_standpoints(rig: Rig, best: RefinedPose) -> dict[str, SolvedStandpoi
         mm, degrees = float(np.linalg.norm(moved[:3])), float(np.degrees(np.linalg.norm(moved[3:])))
         words = f"standpoint {name} is {mm:.2g} mm and {degrees:.2g} degrees from where it is stated to be, as the "
         words += f"others have it, {sigmas:.0f} sigma: state it anew, or leave it out"
-        out[name] = SolvedStandpoint(moved, root @ left @ root.T, Misfit(sigmas, words, True))
+        out[name] = SolvedStandpoint(moved, root @ spread @ root.T, Misfit(sigmas, words, True))
     return out
 
 
@@ -475,21 +473,19 @@ def place_by_bases(rig: Rig, best: RefinedPose) -> dict[str, tuple[Floats, Float
     """Of each carrier of a rig's standpoints, where its base has the rig at its first one: world_from_rig (4, 4) with
     its covariance (6, 6), at the best pose.  What the standpoints are off by themselves is taken off."""
     unknowns, out = describe_unknowns(rig), {}
-    first = rig.standpoints[rig.first]
-    # What the scatter of the edges adds to the covariance of the pose, were all errors independent.
-    value, axes = np.linalg.eigh(best.covariance - best.left[:6, :6])
-    beyond = (axes * np.maximum(value, 0.0)) @ axes.T
+    first, spread = rig.standpoints[rig.first], best.spread.copy()
+    spread[:6, :6] = best.covariance  # which joins what else explains the pictures
     for it in rig.standpoints.values():
         if it.ignored or it.carrier in out or it.carrier not in (first.carrier, *unknowns.bases):
             continue
         rig_from_place = inverse(first.world_from_rig) @ it.world_from_rig
-        slope = np.zeros((6, len(best.left)))
+        slope = np.zeros((6, len(spread)))
         slope[:, :6] = carry(inverse(rig_from_place))
         slope[:, 6:][:, unknowns.standpoints[rig.first]] = -slope[:, :6] @ first.root
         if it.carrier in unknowns.bases:
             slope[:, 6:][:, unknowns.bases[it.carrier]] = it.sway
-        covariance = slope @ best.left @ slope.T + slope[:, :6] @ beyond @ slope[:, :6].T
-        out[it.carrier] = perturb(best.world_from_rig @ rig_from_place, slope[:, 6:] @ best.solved), covariance
+        placed = best.world_from_rig @ rig_from_place
+        out[it.carrier] = perturb(placed, slope[:, 6:] @ best.solved), slope @ spread @ slope.T
     return out
 
 
