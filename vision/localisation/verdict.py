@@ -571,11 +571,11 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
             reason += "; the model is symmetric: from its other poses the rig sees the same"
         if it.excluded:
             reason += f"; without {it.excluded} placed parts that are not where the model says"
-        if it.misfit is not None and it.misfit.of_standpoint and it.misfit.sigmas > p.named_standpoint_sigma:
-            reason += f"; {it.misfit.words}"
     else:
         verdict = "ambiguous" if len(costs) > 1 and len(missing) == 1 else "refused"
         reason = "; ".join(missing)
+    if (m := it.misfit) and m.of_standpoint and m.sigmas > p.named_standpoint_sigma and m.words not in missing:
+        reason += f"; {m.words}"
     weighed = {name: value for name, value in asdict(stats).items() if not np.isnan(value)} | {
         "chance_level": chance.level,
         "chance_scale": chance.scale,

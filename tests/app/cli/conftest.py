@@ -338,8 +338,7 @@ def inspection(bulkhead_template: Path, pair: Pair, make_once: MakeOnce) -> Insp
 @pytest.fixture(scope="session")
 def left_alone(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspection:
     """A copy of that store, in which the left picture was inspected by itself, the joint of the carriage said to stand
-    elsewhere: the second line of a list, whose first names a picture that is not there.  Its arcs are those that the
-    store has."""
+    elsewhere: the second line of a list, whose first names a picture that is not there.  The store has its arcs."""
 
     def begin(folder: Path) -> str:
         (folder / "pairs.csv").write_text(

@@ -274,10 +274,11 @@ def test_a_calibration_that_does_not_hold_refuses_sooner_of_one_picture_and_a_st
     misfit = Misfit(sigmas, "so and so", of == "standpoint")
     evidence = PoseEvidence(0.9, cameras * [1000.0], support, LITTLE, (0.01, 1e-5, "x"), 0, misfit)
     found = judged(table(), evidence)
-    assert (found.verdict, found.missing) == (verdict, [] if verdict == "accepted" else ["so and so"])
+    refused = ([], None) if verdict == "accepted" else (["so and so"], "so and so")
+    assert (found.verdict, found.missing, found.rig) == (verdict, *refused)
     assert (found.weighed["calibration"], "so and so" in found.reason) == (sigmas, named)
-    assert found.rig == (None if verdict == "accepted" else "so and so")
-    assert judged(table(), replace(evidence, agreement=0.1)).rig is None
+    other = judged(table(), replace(evidence, agreement=0.1))
+    assert (other.rig, other.reason.count("so and so")) == (None, named)
 
 
 def test_a_pose_that_contradicts_the_prior_is_refused_unless_the_pictures_are_believed() -> None:
