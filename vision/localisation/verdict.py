@@ -448,7 +448,7 @@ class SolvedStandpoint:
 
 
 def compare_standpoints(rig: Rig, best: RefinedPose) -> dict[str, SolvedStandpoint]:
-    """Each standpoint by name, at the best pose of a rig."""
+    """Each standpoint by name, at a rig's best pose: it errs as stated, and as edges do beyond independent ones."""
     from scipy.special import chdtrc, ndtri
 
     out = {}
@@ -456,7 +456,7 @@ def compare_standpoints(rig: Rig, best: RefinedPose) -> dict[str, SolvedStandpoi
         off, root = best.solved[columns], rig.standpoints[name].root
         left, spread = (it[6:, 6:][columns, columns] for it in (best.left, best.spread))
         value, axes = np.linalg.eigh(left)
-        share = np.clip(1 - value, 0.0, 1.0)  # of what is stated, which errs by that, and as measurements do beyond
+        share = np.clip(1 - value, 0.0, 1.0)  # of what is stated, as far as pictures show it
         shown = share + np.maximum(np.einsum("ij,ik,kj->j", axes, spread - left, axes), 0.0)
         told = share > LEAST_TOLD
         square = float(((axes.T @ off)[told] ** 2 / shown[told]).sum())

@@ -176,7 +176,7 @@ class Presence:
     measures: Measures
 
     def find_holding_parts(self, p: StateParameters) -> Ints:
-        """The scene's occurrences whose edges hold the pose: of what is there what lacks none, if it shows enough."""
+        """The scene's occurrences whose edges hold the pose: those there that lack none, if these show enough."""
         part = np.array([level == "part" for level in self.items.level], bool)
         there = part & (self.state != CONTRADICTED)
         whole = there & (self.signs.absent < 0)

@@ -94,7 +94,7 @@ def fit(
 ) -> Displacement:
     """Where the elements beside samples put their bodies: robust least squares (Geman and McClure) from starts (m, 4).
 
-    body (n,), counts (n,): of samples, and as how many measurements each counts; sigma (m, 4): of what is unseen."""
+    body (n,), counts (n,): of samples, and as how many measurements each counts; sigma (m, 4): where none shows."""
     x, count = start.copy(), len(start)
     prior = sigma[:, :, None] ** -2.0 * np.eye(4)
     for reach in p.reach_px:
