@@ -160,10 +160,10 @@ def are_crowded(samples: Samples, p: SupportParameters, *, by_own: bool = False)
     i, j = i[parallel], j[parallel]
     if by_own:  # not one that goes on where it ends, or lies in the same place
         (x, y), (along_x, along_y) = (samples.pixel[j] - samples.pixel[i]).T, samples.direction[i].T
-        alien = np.abs(x * along_y - y * along_x) > p.tie_px
+        crowd = np.abs(x * along_y - y * along_x) > p.tie_px
     else:
-        alien = ~share_surface(samples.kin[i], samples.kin[j])
-    out[i[alien]] = out[j[alien]] = True
+        crowd = ~share_surface(samples.kin[i], samples.kin[j])
+    out[i[crowd]] = out[j[crowd]] = True
     return out
 
 
