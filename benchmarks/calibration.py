@@ -9,7 +9,6 @@ they show no pose, which only points of both pictures tell.  Limits are in `judg
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 import tempfile
@@ -194,7 +193,6 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--renders", type=Path)
-    parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     lines = []
     with tempfile.TemporaryDirectory() as folder:
@@ -210,8 +208,6 @@ def main() -> int:
                 f"cal {line.get('calibration', 0):5.1f} {line['reason'][:90] if line['verdict'] != 'accepted' else ''}",
                 flush=True,
             )
-    if given.json:
-        given.json.write_text(json.dumps({"trials": lines, "doubts": doubts}))
     return judge(lines, doubts)
 
 

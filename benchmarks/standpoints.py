@@ -131,8 +131,7 @@ def cube(folder: Path) -> Part:
     names = [frame["image"].removesuffix(".png") for frame in frames]
     poses = [np.linalg.inv(np.array(frame["camera_from_object"])) for frame in frames]
     files = folder / "cube_camera.yaml", data / "model.obj", folder / "cube_world.yaml"
-    pictures = {name: data / f"{name}.png" for name in names}
-    middle = np.array([-42.0, 42.0, 42.0])
+    pictures, middle = {name: data / f"{name}.png" for name in names}, np.array([-42.0, 42.0, 42.0])
     return Part("cube", pictures, dict(zip(names, poses, strict=True)), middle, *files, CUBE, CUBE_NEEDS)
 
 
@@ -198,11 +197,8 @@ def measure(part: Part, sets: int, seed: int, told: dict[str, list[float]]) -> N
                     told["moved by 6 sigma named, %"].append(100.0 * (words in other.reason))
         for size in () if is_cube else (2, 8):
             for names in draw_sets(part, size, 1, 20.0, rng):
-                shown: dict[str, Any] = {
-                    "standpoints": part.standpoints(names, rng),
-                    "prior": part.prior(names[0], rng, folder),
-                }
-                answer, _ = ask(stores[0], **shown)
+                prior = part.prior(names[0], rng, folder)
+                answer, _ = ask(stores[0], standpoints=part.standpoints(names, rng), prior=prior)
                 mm, degrees = (2 * sigma for sigma in answer.sigma.values())
                 print(f"{part.name}, {size} standpoints: {answer.verdict}, told {mm:.2f} mm and {degrees:.3f} degrees")
         for store in stores:
@@ -211,8 +207,8 @@ def measure(part: Part, sets: int, seed: int, told: dict[str, list[float]]) -> N
 
 def _load(part: Part, file: Path) -> OpenStore:
     store = relmodel.create(file)
-    variant = "A" if part.name == "bulkhead" else ""
-    store.load(part.model, name=part.name, variant=variant, unit="mm" if part.name == "cube" else None)
+    unit, variant = "mm" if part.name == "cube" else None, "A" if part.name == "bulkhead" else ""
+    store.load(part.model, name=part.name, variant=variant, unit=unit)
     store.place(part.world)
     return store
 
@@ -236,10 +232,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, (least, most) in LIMITS.items():
         found = figures[name]
         value = float(np.sum(found) if name.endswith("wrong") else np.mean(found)) if found else float("nan")
-        failed |= not least <= value <= most
-        rows.append(
-            [name, round(value, 3), f"{least} to {most}", len(found), "" if least <= value <= most else "beyond"]
-        )
+        is_kept = least <= value <= most
+        failed |= not is_kept
+        rows.append([name, round(value, 3), f"{least} to {most}", len(found), "" if is_kept else "beyond"])
     print(tabulate(rows, ["figure", "found", "limits", "of", ""]))
     print(f"errors in the median: {medians[0]:.2f} mm, of the best picture {medians[1]:.2f} mm")
     return int(failed)

@@ -40,11 +40,10 @@ CREATE TABLE camera_unknown (  -- localisation: What was solved of each camera a
     camera TEXT NOT NULL,  -- name of the camera in the rig
     name TEXT NOT NULL,  -- response (px at a contrast of the whole range), centre_u, centre_v (px), focal (share), and place in the rig: x, y, z
         -- (mm), rx, ry, rz (rad), and radial, what is added to the first coefficient of distortion
-    value DOUBLE PRECISION NOT NULL,  -- as the pictures show it; the pose keeps it nearer to the file, and has the place in the rig as given here
+    value DOUBLE PRECISION NOT NULL,  -- as the pictures show it, the file all but left out; of the place in the rig as the pose has it
     expected DOUBLE PRECISION NOT NULL,  -- as expected before
     sigma DOUBLE PRECISION NOT NULL,  -- standard deviation before; 0: exact, and not solved
-    sigma_shown DOUBLE PRECISION NOT NULL,  -- standard deviation of what the pictures show of it, not of what they leave open, where they err 1.4 times
-        -- as much as they say, and as parts look like another calibration; at least a tenth of sigma
+    sigma_shown DOUBLE PRECISION NOT NULL,  -- standard deviation of what the pictures show of it, where the file errs as stated and edges as they do
     PRIMARY KEY (run_id, camera, name)
 );
 

@@ -26,7 +26,7 @@ from vision.localisation.hypotheses import Stage
 from vision.localisation.localise import Localisation, View
 from vision.localisation.measurements import PLACE, UNKNOWNS, describe_unknowns
 from vision.localisation.refine import Explanation, LastStep, RefinedPose
-from vision.localisation.verdict import compare_standpoints, compute_shown
+from vision.localisation.verdict import compare_standpoints
 from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE, ViewPoints
 from vision.localisation.visibility import PART, PartsInView
 from vision.matching import REASONS, MatchedView, PoseProblemParameters
@@ -332,7 +332,7 @@ def record_decisions(
     rows = [(decision, name, value) for decision, of in compared.items() for name, value in _numbers(of)]
     rows += [("verdict", f"needs_{name}", value) for name, value in _numbers(needs)]
     write("threshold", **by_column("decision name value", rows))
-    if found.best is None:
+    if found.best is None or found.best.shown is None:
         return
     _record_search(write, prior, found.stages)
     write("verdict_statistic", **by_column("name value", list(found.verdict.weighed.items())))
@@ -344,7 +344,7 @@ def record_decisions(
         camera=cameras * len(supports),
         **{name: np.concatenate([getattr(it, field) for it in supports]) for name, field in columns.items()},
     )
-    unknowns, own = describe_unknowns(rig), found.best.shown.copy()
+    unknowns, own = describe_unknowns(rig), found.best.shown.unknowns.copy()
     own[:, PLACE] = found.best.camera_unknowns[:, PLACE]
     if unknowns.bases:  # the pose was found from where pictures of each carrier have its base
         placed = found.rig.rig_from_camera
@@ -356,7 +356,7 @@ def record_decisions(
         value=own.ravel(),
         expected=unknowns.mean.ravel(),
         sigma=unknowns.sigma.ravel(),
-        sigma_shown=compute_shown(rig, found.best.unknowns_sigma).ravel(),
+        sigma_shown=found.best.shown.sigma.ravel(),
     )
     _record_solved(write, found, dict(zip(cameras, found.single_cameras, strict=False)))
 

@@ -324,8 +324,8 @@ def localise(
             hypotheses[n] = replace(hypotheses[n], told=weigh(hypotheses[n], indexes))
         hypotheses, standing, motions = _order(hypotheses, scene, p)
         clock.lap("weigh")
-    hypotheses[0], standing = join_near(hypotheses, standing, needs)
-    best = hypotheses[0]
+    best, standing = join_near(hypotheses, standing, needs)
+    hypotheses[0] = best = solver.fit.show(best)
     equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None])[1:]]
     several = rig.cameras if len(rig.cameras) > 1 else ()
     single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in several}

@@ -34,6 +34,7 @@ TEXTURE_PX = 0.5  # by which texture displaces an edge of its own contrast; less
 RESPONSE_PX = 0.25  # at a contrast of the whole range of grey: how far a response moves edges toward their dark side
 RESPONSE_SIGMA_PX = 0.25  # standard deviation of that, an unknown of each camera
 ALIKE = 30.0  # edges of a camera's pictures err alike: what they show of it counts so much less beside its file
+LOOSE = 0.01  # by which the file counts where the pictures are asked what they show of it
 CALIBRATION_PX = 0.02  # standard deviation of each camera's principal point, two unknowns
 # Usual standard deviation by which an arc's image is shifted as a whole, where all of its edges are found; the more in
 # proportion, the fewer are, but for fewer than LEAST_FOUND.
@@ -64,12 +65,11 @@ class CameraUnknowns:
         """Inverse variances (u,); one for what is exact, which no measurement moves."""
         return np.where(self.deviation > 0, self.deviation, 1.0) ** -2.0
 
-    @property
-    def held(self) -> Floats:
-        """What a pose adds to the precision (u,) of what the rig's file says of its cameras."""
+    def held(self, by: float) -> Floats:
+        """What is added to the precision (u,) where what the rig's file says of its cameras counts `by` times."""
         stands = min((it.start for it in self.standpoints.values()), default=self.mean.size)
         said = np.arange(len(self.expected)) < stands
-        return np.where(said & ~(self.shared[:, RESPONSE] != 0).any(axis=0), (ALIKE - 1) * self.precision, 0.0)
+        return np.where(said & ~(self.shared[:, RESPONSE] != 0).any(axis=0), (by - 1) * self.precision, 0.0)
 
     def of_cameras(self, solved: Floats) -> Floats:
         """The cameras' unknowns (c, 11) by what is solved (u,)."""

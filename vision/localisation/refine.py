@@ -14,7 +14,7 @@ from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import (
     ALIKE,
     ARC_SHIFT_PX,
-    COUNT,
+    LOOSE,
     PLACE,
     EdgeIndex,
     Measurements,
@@ -44,6 +44,7 @@ MAX_SHIFT_SIGMA, MAX_JOINT_SHIFT_SIGMA = 2.0, 3.0
 # Share of the edges found up to which a part that knows more than the others is suspected: without one that holds more,
 # too little evidence is left against it.
 MAX_LEFT_OUT = 0.8
+LEAST_SHOWN = 0.1  # pictures that show less of how far an unknown is off say nothing of it
 MAX_PRIOR_SHARE = 0.8  # of the prior's variance, where most is left, from which a pose counts as undetermined
 TEMPER = 0.2  # by which differences of evidence are multiplied, for neighbouring edges err together
 SUSPECT_SIGMA = 0.5  # to first order from which a part is left out on trial: robust weights hide most of a shift
@@ -153,9 +154,19 @@ class LastStep:
     explanations: list[Explanation]
 
 
+@dataclass(frozen=True)
+class Shown:
+    """What pictures show of cameras, their file all but left out, by camera (c, 11): the unknowns; the share of how far
+    these are off that this is; and its standard deviation, where the file errs as stated and edges as they do."""
+
+    unknowns: Floats
+    share: Floats
+    sigma: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class RefinedPose:
-    """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 11) and their sigma, and what it rests on.
+    """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 11), and what it rests on.
 
     excluded (o,): which of the scene's occurrences are left out because they are not where the model says.
     prior_sigma: its distance from the prior, NaN where nothing is known beforehand.  outlines: the greys beside the
@@ -163,15 +174,14 @@ class RefinedPose:
     is_symmetric: whether the model, carried onto itself, leads here from the best pose.  is_rough: whether it was only
     looked at roughly, as rivals are.  told: log odds of the account of all edges seen from here, NaN where it was not
     asked.  others: poses that explain the pictures by other occurrences being off their place, or by none.
-    solved (u,): what was solved of the cameras, of which their unknowns follow; shown (c, 11): these as the pictures
-    have them, the file held no more than it says; left (6 + u, 6 + u): covariance of pose and what was solved, were all
-    errors of the measurements independent, and spread, as they are; strain: half of the sum of squares by which
-    standpoints are off, in sigmas.  cost: half of the prior's distance squared and the strain, less the evidence."""
+    solved (u,): what was solved of the cameras, of which their unknowns follow; left (6 + u, 6 + u): covariance of pose
+    and what was solved, were all errors of the measurements independent, and spread, as they are; shown: what pictures
+    show of the cameras, where it was asked for; strain: half of the sum of squares by which standpoints are off, in
+    sigmas.  cost: half of the prior's distance squared and the strain, less the evidence."""
 
     world_from_rig: Floats
     covariance: Floats
     camera_unknowns: Floats
-    unknowns_sigma: Floats
     prediction: Prediction
     measurements: Measurements
     excluded: Bools
@@ -184,10 +194,10 @@ class RefinedPose:
     told: float = float("nan")
     others: tuple[RefinedPose, ...] = ()
     solved: Floats = field(default_factory=lambda: np.zeros(0))
-    shown: Floats = field(default_factory=lambda: np.zeros((0, COUNT)))
     left: Floats = field(default_factory=lambda: np.zeros((6, 6)))
     spread: Floats = field(default_factory=lambda: np.zeros((6, 6)))
     strain: float = 0.0
+    shown: Shown | None = None
 
     @property
     def middle(self) -> Floats:
@@ -323,9 +333,10 @@ class Fit:
         excluded: Bools,
         rounds: tuple[tuple[float, float], ...] | None = None,
         arc: int | None = None,
+        by: float = ALIKE,
     ) -> RefinedPose:
         """The best pose from all occurrences that are not excluded, by all rounds or by those given; without an arc of
-        the scene, where one is named."""
+        the scene, where one is named; what their file says of the cameras counts `by` times."""
         pose, solved = self.begin(world_from_rig)
         for reach, scale in rounds or ROUNDS:
             prediction, laid = self.predict(pose, solved)
@@ -337,7 +348,7 @@ class Fit:
             for _ in range(STEPS):
                 m = measure(prediction, self.cameras, delta, self.unknowns, own, (reach, scale), votes)
                 here = perturb(pose, delta)
-                hessian, gradient = self._normal_equations(hold_shifts(m, prediction), here, solved)
+                hessian, gradient = self._normal_equations(hold_shifts(m, prediction), here, solved, by)
                 step = np.asarray(np.linalg.solve(hessian, gradient), float)
                 delta, solved = perturbation(pose, perturb(here, step[:6])), solved + step[6:]
                 own = self.unknowns.of_cameras(solved) - laid
@@ -378,24 +389,37 @@ class Fit:
         m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own - laid, ROUNDS[-1], votes)
         held = hold_shifts(m, prediction)
         hessian, _ = self._normal_equations(held, pose, solved)
-        inverse, shared = np.asarray(np.linalg.inv(hessian), float), self.unknowns.shared
-        spread = compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian, self.unknowns.held)
+        inverse = np.asarray(np.linalg.inv(hessian), float)
+        beyond = self.unknowns.held(ALIKE)
+        spread = compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian, beyond)
         return RefinedPose(
             pose,
             spread[:6, :6],
             own,
-            np.sqrt(np.maximum(np.einsum("ciu,uv,civ->ci", shared, inverse[6:, 6:], shared, optimize=True), 0.0)),
             prediction,
             m,
             excluded,
             measure_support(prediction, m, own - laid, self.fields, self.cameras, np.where(votes, -1, occurrence)),
             self.prior.distance(pose),
             solved=solved,
-            shown=own,
             left=inverse,
             spread=spread,
             strain=0.5 * sum(float(solved[it] @ solved[it]) for it in self.unknowns.standpoints.values()),
         )
+
+    def show(self, refined: RefinedPose) -> RefinedPose:
+        """A pose with what the pictures show of the cameras near it."""
+        self._begun[refined.world_from_rig.tobytes()] = refined.world_from_rig, refined.solved
+        loose = self.solve(refined.world_from_rig, refined.excluded, NEAR_ROUNDS, by=LOOSE)
+        m, p, (shared, stated) = loose.measurements, loose.prediction, (self.unknowns.shared, self.unknowns.sigma)
+        _, hessian, _ = self._measured(loose, LOOSE)
+        spread = compute_covariance(m, hold_shifts(m, p), p, group_by_stretch(p), hessian, np.zeros(len(loose.solved)))
+        left, errs = (
+            np.einsum("ciu,uv,civ->ci", shared, it[6:, 6:], shared) for it in (np.linalg.inv(hessian), spread)
+        )
+        share = np.clip(1 - LOOSE * left / np.maximum(stated, 1e-12) ** 2, LEAST_SHOWN, 1.0)
+        variance = (share * stated) ** 2 + share * left + np.maximum(errs - left, 0.0)
+        return replace(refined, shown=Shown(loose.camera_unknowns, share, np.sqrt(variance)))
 
     def is_determined(self, refined: RefinedPose) -> bool:
         """Whether the pictures, taken as right, determine the pose better than the prior in every direction.  The
@@ -446,35 +470,33 @@ class Fit:
 
     def _take_step(self, refined: RefinedPose, explanations: list[Explanation]) -> RefinedPose:
         """A pose after one more step on what was measured there, with the covariance that the explanations of the
-        pictures leave.  Beyond MAX_LAST_STEP_SIGMA it is not taken: the pose then stands for what it gathers, not for
-        where its edges lie.  The pose holds calibrations to their file (`CameraUnknowns.held`)."""
-        _, hessian, gradient = self._measured(refined)
+        pictures leave.  Beyond MAX_LAST_STEP_SIGMA it is not taken: the pose stands for what it gathers, not for where
+        its edges lie."""
+        _, hessian, gradient = self._measured(refined, ALIKE)
         step = np.asarray(np.linalg.solve(hessian, gradient), float)
-        pose, solved, shown = refined.world_from_rig, refined.solved, refined.solved
+        pose, solved = refined.world_from_rig, refined.solved
         if step @ hessian @ step <= MAX_LAST_STEP_SIGMA**2:
-            shown, held = solved + step[6:], np.append(np.zeros(6), self.unknowns.held)
-            gradient[6:] -= held[6:] * (solved - self.unknowns.expected)
-            step = np.asarray(np.linalg.solve(hessian + np.diag(held), gradient), float)
             pose, solved = perturb(pose, step[:6]), solved + step[6:]
         return replace(
             refined,
             world_from_rig=pose,
             camera_unknowns=self.unknowns.of_cameras(solved),
             solved=solved,
-            shown=self.unknowns.of_cameras(shown),
             covariance=join_explanations(refined.world_from_rig, refined.covariance, explanations),
             prior_sigma=self.prior.distance(pose),
             last_step=LastStep(refined.world_from_rig, refined.camera_unknowns, refined.covariance, explanations),
         )
 
-    def _measured(self, refined: RefinedPose) -> tuple[Measurements, Floats, Floats]:
+    def _measured(self, refined: RefinedPose, by: float = 1.0) -> tuple[Measurements, Floats, Floats]:
         """What was measured at a pose, as `hold_shifts` gives it, and its normal equations there."""
         m = hold_shifts(refined.measurements, refined.prediction)
-        return m, *self._normal_equations(m, refined.world_from_rig, refined.solved)
+        return m, *self._normal_equations(m, refined.world_from_rig, refined.solved, by)
 
-    def _normal_equations(self, m: Measurements, world_from_rig: Floats, solved: Floats) -> tuple[Floats, Floats]:
-        """Hessian and gradient of least squares by (t, r, what is solved of the cameras), the priors of all included;
-        the measurements as `hold_shifts` gives them."""
+    def _normal_equations(
+        self, m: Measurements, world_from_rig: Floats, solved: Floats, by: float = 1.0
+    ) -> tuple[Floats, Floats]:
+        """Hessian and gradient of least squares by (t, r, what is solved of the cameras), the priors of all included,
+        that of the cameras `by` times; the measurements as `hold_shifts` gives them."""
         scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
         hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
         away = np.zeros(6) if self.prior.is_open else perturbation(self.prior.world_from_rig, world_from_rig)
@@ -483,7 +505,7 @@ class Fit:
         information = turn.T @ self.prior.information
         hessian[:6, :6] += information @ turn
         gradient[:6] -= information @ away
-        precision = self.unknowns.precision
+        precision = self.unknowns.precision + self.unknowns.held(by)
         hessian[6:, 6:] += np.diag(precision)
         gradient[6:] -= precision * (solved - self.unknowns.expected)
         return hessian, gradient

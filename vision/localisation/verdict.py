@@ -14,7 +14,7 @@ from vision.cameras.cameras import Needs, Prior, Rig, perturb
 from vision.localisation.hypotheses import Fields, Prediction, gather_evidence, project_with_jacobians
 from vision.localisation.localisation_parameters import ElsewhereParameters, LocalisationParameters, VerdictParameters
 from vision.localisation.measurements import CALIBRATION_PX, PLACE, RESPONSE, UNKNOWNS, describe_unknowns
-from vision.localisation.refine import RefinedPose
+from vision.localisation.refine import RefinedPose, Shown
 from vision.localisation.support import GreyGrid, measure_shifted_outlines, mix_over_arcs
 from vision.scene import Scene
 
@@ -346,7 +346,7 @@ def decide(
     """The verdict on the first of the hypotheses that stand; `by_camera`: the poses that single cameras give, in the
     rig's order, where there are several; `elsewhere`: what poses elsewhere gather."""
     best = hypotheses[standing[0]]
-    misfits = [find_misfit(rig, best.shown, best.unknowns_sigma)]
+    misfits = [find_misfit(rig, best.shown)] if best.shown else []
     misfits += [it.misfit for it in compare_standpoints(rig, best).values()]
     evidence = PoseEvidence(
         measure_agreement(best, p),
@@ -376,9 +376,7 @@ class Misfit:
         return p.max_calibration_sigma if cameras > 1 else p.max_calibration_sigma_alone
 
 
-LEAST_SHOWN = 0.1  # of a sigma: pictures that show less of an unknown say nothing of it
 LEAST_TOLD = 0.2  # of the variance of a standpoint along an axis: pictures that show less say nothing of it
-BEYOND = 1.4  # all edges of a picture may be drawn alike: blur, rounding and light know no calibration
 _PICTURE, _MOUNT = "is its picture scaled or cropped, or the part not as modelled?", "was the camera moved?"
 # Of each of UNKNOWNS: what is otherwise, in words of camera and amount; the amount's unit; words for more and for less.
 _OTHERWISE = {
@@ -396,27 +394,9 @@ _OTHERWISE = {
 }
 
 
-# In the order of UNKNOWNS, by how much fillets, chamfers and shadows of a part look like another calibration; and the
-# same of pictures taken alone: of parts with right files their principal point seemed 3 to 9 px off.
-OF_PARTS = np.array([0.0, 0.6, 0.6, 0.0015, 0.15, 0.15, 0.4, *[4e-4] * 3, 0.02])
-OF_PARTS_ALONE = np.array([0.0, 3.0, 3.0, *OF_PARTS[3:]])
-
-
-def compute_shown(rig: Rig, left: Floats) -> Floats:
-    """Standard deviations (c, 11) of what pictures show of the cameras' unknowns, of which they leave open (c, 11): of
-    what they show as if it errs `BEYOND` times as much as its scatter says, and by `OF_PARTS` (of pictures taken
-    alone `OF_PARTS_ALONE`) besides; at least `LEAST_SHOWN` of the stated."""
-    sigma = describe_unknowns(rig).sigma
-    share = np.clip(1 - (left / np.maximum(sigma, 1e-12)) ** 2, 0.0, 1.0)
-    is_alone = len(rig.cameras) == len(set(map(rig.standpoint_of, rig.cameras)))
-    of_parts = OF_PARTS_ALONE if is_alone else OF_PARTS
-    shown = np.sqrt(share**2 * (sigma**2 + of_parts**2) + BEYOND**2 * share * (1 - share) * sigma**2)
-    return np.asarray(np.maximum(shown, LEAST_SHOWN * sigma))
-
-
-def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:
-    """What of the cameras' unknowns (c, 11), as pictures show them, lies most standard deviations from the rig's file;
-    left: as `compute_shown` has it.  None where all is exact."""
+def find_misfit(rig: Rig, shown: Shown) -> Misfit | None:
+    """What of the cameras' unknowns, as pictures show them, lies most standard deviations from the rig's file; None
+    where all is exact."""
     unknowns = describe_unknowns(rig)
     known = unknowns.sigma > CALIBRATION_PX * np.isin(UNKNOWNS, ["centre_u", "centre_v"])
     known[:, RESPONSE] = False
@@ -424,12 +404,10 @@ def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:
         known[[rig.standpoint_of(name) != rig.first for name in rig.cameras], PLACE] = False
     if not known.any():
         return None
-    off = own - unknowns.mean
-    sigmas = np.where(known, np.abs(off) / np.where(known, compute_shown(rig, left), 1.0), -1.0)
+    off = shown.unknowns - unknowns.mean
+    sigmas = np.where(known, np.abs(off) / np.where(known, shown.sigma, 1.0), -1.0)
     number, of = np.unravel_index(int(np.argmax(sigmas)), sigmas.shape)
-    # What the pictures show by themselves: the file's word lets an unknown move by a share of that.
-    share = 1 - (left[number, of] / unknowns.sigma[number, of]) ** 2
-    camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of] / max(share, LEAST_SHOWN**2))
+    camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of] / shown.share[number, of])
     words, unit, *ways = _OTHERWISE[name]
     said = words.format(camera, unit * abs(by), ways[by < 0])
     ask = _MOUNT if PLACE.start <= of < PLACE.stop else _PICTURE

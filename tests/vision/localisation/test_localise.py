@@ -180,7 +180,7 @@ def at(x: float, found: float = 0.0, **given: Any) -> RefinedPose:
     pose, gathered = np.eye(4), np.array([found or GATHERED[round(x)]])
     pose[0, 3] = x
     return RefinedPose(
-        pose, np.eye(6), np.zeros((1, 11)), np.zeros((1, 11)), AHEAD, cast(Any, None), np.zeros(1, bool),
+        pose, np.eye(6), np.zeros((1, 11)), AHEAD, cast(Any, None), np.zeros(1, bool),
         Support(gathered, gathered, gathered, np.ones(1)), PRIOR.distance(pose), **given,
     )  # fmt: skip
 

@@ -16,7 +16,7 @@ from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb,
 from vision.localisation.hypotheses import EdgePoints, flow_in_camera, predict, project_with_jacobians
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import NO_PARTNER_ODDS, PARTNER_ODDS
-from vision.localisation.measurements import EdgeIndex, hold_shifts, measure, share_left
+from vision.localisation.measurements import ALIKE, EdgeIndex, hold_shifts, measure, share_left
 from vision.localisation.refine import (
     Explanation,
     Fit,
@@ -81,11 +81,13 @@ def test_a_fit_ends_where_the_objective_is_least() -> None:
         left = held.offset - held.jacobian @ step
         away = perturbation(fit.prior.world_from_rig, perturb(pose, step[:6]))
         cameras = (own + step[6:].reshape(own.shape) - fit.unknowns.mean).ravel()
-        prior = away @ fit.prior.information @ away + cameras @ ((fit.unknowns.precision + fit.unknowns.held) * cameras)
+        prior = away @ fit.prior.information @ away + cameras @ (
+            (fit.unknowns.precision + fit.unknowns.held(ALIKE)) * cameras
+        )
         return float((m.weight / m.sigma**2 * left**2).sum() + prior)
 
     moves = fit.unknowns.sigma.ravel() > 0
-    np.testing.assert_allclose(fit.unknowns.held / fit.unknowns.precision, np.tile([0.0, *[29.0] * 10], 2))
+    np.testing.assert_allclose(fit.unknowns.held(ALIKE) / fit.unknowns.precision, np.tile([0.0, *[29.0] * 10], 2))
     taken = np.concatenate([perturbation(pose, found.world_from_rig), (found.camera_unknowns - own).ravel()])
     least = objective(taken)
     assert objective(np.zeros(28)) > least
@@ -123,11 +125,11 @@ def test_the_covariance_is_that_of_independent_stretches_arcs_and_priors(toleran
     hessian[:6, :6] += turn.T @ fit.prior.information @ turn
     hessian[6:, 6:] += np.diag(unknowns.precision)
     stretch = group_by_stretch(p)
-    covariance = compute_covariance(m, held, p, stretch, hessian, unknowns.held)
+    covariance = compute_covariance(m, held, p, stretch, hessian, unknowns.held(ALIKE))
     np.testing.assert_allclose(found.spread, covariance, rtol=1e-6, atol=1e-12)
     np.testing.assert_array_equal(found.covariance, found.spread[:6, :6])
 
-    hessian[6:, 6:] += np.diag(unknowns.held)
+    hessian[6:, 6:] += np.diag(unknowns.held(ALIKE))
     bend = min(max((m.slope / m.sigma**2).sum() / w.sum(), 0.2), 1.0)
     inverse = np.linalg.inv(hessian - (1 - bend) * data)
     images = [np.flatnonzero(p.image_of_arc == image) for image in np.unique(p.image_of_arc)]
@@ -136,7 +138,7 @@ def test_the_covariance_is_that_of_independent_stretches_arcs_and_priors(toleran
     off_mean = np.zeros(len(w))
     for rows in images:
         off_mean[rows] = w[rows] * (m.offset[rows] - mean[rows[0]])
-    meat, pull = hessian - data, unknowns.precision + unknowns.held
+    meat, pull = hessian - data, unknowns.precision + unknowns.held(ALIKE)
     meat[6:, 6:] += np.diag(pull * (pull / unknowns.precision - 1))  # what is held errs as the file says
     for number in np.unique(stretch):
         rows = np.flatnonzero(stretch == number)
@@ -172,6 +174,22 @@ def test_the_covariance_is_that_of_independent_stretches_arcs_and_priors(toleran
         alone = np.linalg.solve(hessian - 0.999 * (own.T * w[rows]) @ own, gradient)
         expected += np.outer(alone, alone)
     np.testing.assert_allclose(covariance, expected, rtol=1e-4, atol=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("scaled", [0.0, 0.03])
+def test_pictures_show_a_focal_length_as_surely_as_they_say(scaled: float) -> None:
+    """Of files that err as they state, and of one that is wrong."""
+    sigmas, truth, rig = [], above(10, -20, 560), stereo_rig().only("left")
+    for seed in range(8):
+        rng, camera = np.random.default_rng(seed), rig.cameras["left"]
+        edges, focal = draw_edges(FEW, rig, truth, Errors(arc_px=0.1), rng), 1 + (scaled or rng.normal(0, 0.002))
+        file = replace(camera, matrix=camera.matrix * [[focal, 1, 1], [1, focal, 1], [1, 1, 1]])
+        wrong = Rig({"left": file}, rig.rig_from_camera, {"left": CalibrationSigma(0.002, 0.4)})
+        fit = fit_of(FEW, wrong, edges, off(truth, 8.0, 0.01, seed))
+        shown = fit.show(fit.refine(truth)).shown
+        assert shown is not None
+        sigmas.append((shown.unknowns / shown.sigma)[0, 3])
+    assert max(sigmas) < -3 if scaled else 0.4 < np.sqrt(np.mean(np.square(sigmas))) < 1.4
 
 
 def test_forty_px_along_an_arc_are_a_stretch() -> None:

@@ -17,7 +17,7 @@ from tests.vision.localisation.scenes import above, blocks, off, stereo_rig, thi
 from tests.vision.localisation.simulation import Errors, draw_edges
 from vision.cameras.cameras import CalibrationSigma, Rig, Standpoint, perturb, perturbation
 from vision.localisation.hypotheses import EdgePoints
-from vision.localisation.measurements import correct_rig, share_left
+from vision.localisation.measurements import ALIKE, correct_rig, share_left
 from vision.localisation.refine import Fit
 from vision.localisation.verdict import compare_standpoints, compute_precision
 
@@ -84,14 +84,14 @@ def test_it_ends_where_scipy_does() -> None:
         priors = np.concatenate([np.linalg.cholesky(fit.prior.information).T @ away, held * (solved - expected)])
         return np.concatenate([weight * (left - keep * mean[group]), priors])
 
-    expected, held = fit.unknowns.expected, np.sqrt(fit.unknowns.precision + fit.unknowns.held)
+    expected, held = fit.unknowns.expected, np.sqrt(fit.unknowns.precision + fit.unknowns.held(ALIKE))
     best = least_squares(residuals, np.concatenate([np.zeros(6), expected]), x_scale=np.sqrt(np.diag(found.left)))
     assert len(best.x) == 6 + count
     taken = np.concatenate([perturbation(start, found.world_from_rig), found.solved])
     sigmas = (taken - best.x) / np.sqrt(np.diag(found.left))
     assert np.abs(sigmas).max() < 0.05
     jacobian: Floats = np.asarray(best.jac, float)
-    information = jacobian.T @ jacobian - np.diag(np.append(np.zeros(6), fit.unknowns.held))
+    information = jacobian.T @ jacobian - np.diag(np.append(np.zeros(6), fit.unknowns.held(ALIKE)))
     np.testing.assert_allclose(np.linalg.inv(information)[:6, :6], found.left[:6, :6], rtol=0.1, atol=1e-7)
     assert np.ptp(found.camera_unknowns[:, 1:4], axis=0).max() == 0  # one camera, wherever it stands
     # How far standpoints are off, by what tells it, and by what edges err more than independent ones do.
