@@ -34,7 +34,7 @@ TEXTURE_PX = 0.5  # by which texture displaces an edge of its own contrast; less
 RESPONSE_PX = 0.25  # at a contrast of the whole range of grey: how far a response moves edges toward their dark side
 RESPONSE_SIGMA_PX = 0.25  # standard deviation of that, an unknown of each camera
 ALIKE = 30.0  # edges of a camera's pictures err alike: what they show of it counts so much less beside its file
-LOOSE = 0.01  # by which the file counts where the pictures are asked what they show of it
+LOOSE = 0.001  # by which the file counts where the pictures are asked what they show of it
 CALIBRATION_PX = 0.02  # standard deviation of each camera's principal point, two unknowns
 # Usual standard deviation by which an arc's image is shifted as a whole, where all of its edges are found; the more in
 # proportion, the fewer are, but for fewer than LEAST_FOUND.
