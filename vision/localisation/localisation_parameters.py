@@ -60,8 +60,8 @@ class VerdictParameters:
     max_calibration_sigma: float = 3.5  # by which pictures may show a camera otherwise: more has one in 2,000
     named_standpoint_sigma: float = 2.6  # from which pictures show a standpoint elsewhere, and it is named: one in 110
     max_standpoint_sigma: float = 3.5  # beyond which the pose is refused: more has one in 2,000
-    max_calibration_sigma_alone: float = 2.3
-    """the same of a picture alone, one in 50: what no other contradicts is sooner wrong than so unlikely"""
+    max_calibration_sigma_alone: float = 2.8
+    """the same of a picture alone, of whose four numbers one in 50 lies off by more: no other picture contradicts it"""
     own_share: float = 0.01
     """share of the evidence by which it differs from pose to pose, since other samples of the model are seen"""
     least_camera_odds: float = -4.0

@@ -255,7 +255,7 @@ def told(rig: Rig, own: Floats, share: float = 1.0) -> Misfit:
 
 @pytest.mark.parametrize(
     ("cameras", "of", "sigmas", "verdict", "named"),
-    [(2, "", 3.4, "accepted", 0), (2, "", 3.6, "refused", 1), (0, "", 2.2, "accepted", 0), (0, "", 2.4, "refused", 1),
+    [(2, "", 3.4, "accepted", 0), (2, "", 3.6, "refused", 1), (0, "", 2.7, "accepted", 0), (0, "", 2.9, "refused", 1),
      (4, "standpoint", 2.5, "accepted", 0), (4, "standpoint", 2.7, "accepted", 1), (4, "standpoint", 3.6, "refused", 1)]
 )  # fmt: skip
 def test_a_calibration_that_does_not_hold_refuses_sooner_of_one_picture_and_a_standpoint_is_named_before(
