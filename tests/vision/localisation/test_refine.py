@@ -184,7 +184,7 @@ def test_pictures_show_a_focal_length_as_surely_as_they_say(scaled: float) -> No
         rng, camera = np.random.default_rng(seed), rig.cameras["left"]
         edges, focal = draw_edges(FEW, rig, truth, Errors(arc_px=0.1), rng), 1 + (scaled or rng.normal(0, 0.002))
         file = replace(camera, matrix=camera.matrix * [[focal, 1, 1], [1, focal, 1], [1, 1, 1]])
-        wrong = Rig({"left": file}, rig.rig_from_camera, {"left": CalibrationSigma(0.002, 0.4)})
+        wrong = Rig({"left": file}, rig.rig_from_camera, {"left": CalibrationSigma(0.0005 if scaled else 0.002, 0.4)})
         fit = fit_of(FEW, wrong, edges, off(truth, 8.0, 0.01, seed))
         shown = fit.show(fit.refine(truth)).shown
         assert shown is not None
