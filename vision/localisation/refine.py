@@ -16,6 +16,7 @@ from vision.localisation.measurements import (
     ARC_SHIFT_PX,
     LOOSE,
     PLACE,
+    RESPONSE,
     EdgeIndex,
     Measurements,
     correct_rig,
@@ -414,10 +415,10 @@ class Fit:
         m, p, (shared, stated) = loose.measurements, loose.prediction, (self.unknowns.shared, self.unknowns.sigma)
         _, hessian, _ = self._measured(loose, LOOSE)
         spread = compute_covariance(m, hold_shifts(m, p), p, group_by_stretch(p), hessian, np.zeros(len(loose.solved)))
-        left, errs = (
-            np.einsum("ciu,uv,civ->ci", shared, it[6:, 6:], shared) for it in (np.linalg.inv(hessian), spread)
-        )
-        share = np.clip(1 - LOOSE * left / np.maximum(stated, 1e-12) ** 2, LEAST_SHOWN, 1.0)
+        both = np.stack([np.linalg.inv(hessian), spread])[:, 6:, 6:]
+        left, errs = np.einsum("ciu,kuv,civ->kci", shared, both, shared)
+        by = np.where(np.arange(left.shape[1]) == RESPONSE, 1.0, LOOSE)  # no file says how a camera responds
+        share = np.clip(1 - by * left / np.maximum(stated, 1e-12) ** 2, LEAST_SHOWN, 1.0)
         variance = (share * stated) ** 2 + share * left + np.maximum(errs - left, 0.0)
         return replace(refined, shown=Shown(loose.camera_unknowns, share, np.sqrt(variance)))
 
