@@ -231,6 +231,7 @@ MIN_EVIDENCE_SHARE = 0.7  # of the best evidence to which a pose must climb to b
 RIVAL_FIRST_PX, RIVAL_LAST_PX = 2.0, 0.5  # first and last step of that climb
 RIVAL_PRIOR_WEIGHT = 0.01  # of the prior in it
 SHIFT_ROUNDS = 3  # of shifting the best pose, which may change
+HALVES_ALIKE = 4  # halves of the arcs that lead back, from which no more are tried
 MAX_REFINED = 60  # hypotheses; the likeliest by the prior are followed first
 # Log likelihood ratio of an edge of the object, against anything else, that a partner in stereo gives an arc, and that
 # of none: measured on 14 rendered pairs, where .57 of the arcs along visible edges have a partner and .19 of others.
@@ -460,15 +461,18 @@ class Solver:
             delta = perturbations(self.prior.world_from_rig, shifted)
             stages.append(Stage(f"shift {len(asked)}", delta, score, rules, len(score)))
             self._settle(done)
-            self._leave_out_arcs(done)
+            self._halve(done)
         return done, stages
 
-    def _leave_out_arcs(self, done: list[RefinedPose]) -> None:
-        """Appends the poses left where an arc of the best is none of the object, unless edges speak against it."""
-        if done[0].support.found.sum() <= 0:
-            return
-        for h in self.fit.refine_without_arcs(done[0]):
-            self._add(self._outline(h), done)
+    def _halve(self, done: list[RefinedPose]) -> None:
+        """Appends poses to which halves of the best's arcs lead, unless the first lead back or edges speak against."""
+        best, tried = done[0], [done[0]]
+        for number, pose in enumerate(self.fit.follow_halves(best) if best.support.found.sum() > 0 else ()):
+            if not any(self._same(h, pose) for h in tried):
+                tried.append(replace(best, world_from_rig=pose))
+                self._add(self._refine(pose, roughly=True), done)
+            if number + 1 == HALVES_ALIKE and len(tried) == 1:
+                break
         self._settle(done)
 
     def _settle(self, done: list[RefinedPose]) -> None:

@@ -41,6 +41,7 @@ CALIBRATION_PX = 0.02  # standard deviation of each camera's principal point, tw
 ARC_SHIFT_PX = 0.06
 LEAST_FOUND = 0.05
 OFFSET_PX = 0.4  # standard deviation of edges about the arcs they belong to, beyond their own
+Limits = tuple[float, float]  # reach along the normals and scale of the robust loss, px
 
 
 @dataclass(frozen=True)
@@ -246,11 +247,11 @@ def measure(
     delta: Floats,
     unknowns: CameraUnknowns,
     own: Floats,
-    limits: tuple[float, float],
+    limits: Limits,
     votes: Bools,
 ) -> Measurements:
     """Edge measurements of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own` unknowns (c,
-    11), and which samples vote (n,); limits: reach along the normals and scale of the robust loss, px."""
+    11), and which samples vote (n,)."""
     pixel, jacobian = project_with_jacobians(prediction, delta)
     direction = project_directions(prediction, delta)
     normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)

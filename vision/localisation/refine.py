@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from vision.localisation.measurements import (
     PLACE,
     RESPONSE,
     EdgeIndex,
+    Limits,
     Measurements,
     correct_rig,
     describe_unknowns,
@@ -50,9 +52,7 @@ MAX_PRIOR_SHARE = 0.8  # of the prior's variance, where most is left, from which
 TEMPER = 0.2  # by which differences of evidence are multiplied, for neighbouring edges err together
 SUSPECT_SIGMA = 0.5  # to first order from which a part is left out on trial: robust weights hide most of a shift
 USUAL_ARCS = 4.0  # arcs as which the usual ARC_SHIFT_PX counts
-# Share of what is known of the best pose in some direction that an arc holds, from which it is left out on trial, and
-# how many are at most.
-LEADING_SHARE, LEADING_ARCS = 0.5, 8
+HALVES, HALVES_SAMPLES, HALVES_ROUNDS = 16, 1500, (ROUNDS[0], ROUNDS[2])  # draws of halves, on how much, by what rounds
 
 
 def compute_covariance(
@@ -303,17 +303,18 @@ class Fit:
         refined = self.solve(world_from_rig, self._none, NEAR_ROUNDS)
         return replace(self._take_step(refined, []), is_rough=True)
 
-    def refine_without_arcs(self, refined: RefinedPose) -> list[RefinedPose]:
-        """Poses to which least squares leads where one arc of a refined pose lies on another edge altogether, as of a
-        print: fitted by all rounds without the arc, then roughly with it.
-
-        An arc that alone determines the pose in some direction fits wherever it lies, so that nothing at the pose
-        itself tells; of these, the ones that determine most."""
-        without = (
-            self.solve(refined.world_from_rig, refined.excluded, arc=arc).world_from_rig
-            for arc in self.find_leading_arcs(refined)
-        )
-        return [self.refine_roughly(pose) for pose in without]
+    def follow_halves(self, refined: RefinedPose) -> Iterator[Floats]:
+        """Poses (4, 4) to which least squares leads by half of the arcs' images, as drawn: where some lie on other
+        edges altogether, as of a print, they hold the pose wherever that is, and nothing at it tells."""
+        pose, rng = refined.world_from_rig, np.random.default_rng(self.seed)
+        p, laid = self.predict(pose, refined.solved)
+        p = p.take(np.arange(0, len(p.point), 1 + len(p.point) // HALVES_SAMPLES))
+        own = ~refined.excluded[self.scene.occurrence_of_arc[p.arc]]
+        for _ in range(HALVES):
+            votes, end = own & (rng.random(len(p.view_of_image)) < 0.5)[p.image_of_arc], (np.zeros(6), refined.solved)
+            for limits in HALVES_ROUNDS:
+                end = self._descend((p, laid), pose, end, limits, votes)
+            yield perturb(pose, end[0])
 
     def predict(self, world_from_rig: Floats, solved: Floats) -> tuple[Prediction, Floats]:
         """What the cameras see from a pose, and what of their unknowns (c, 11) that takes into account: where they
@@ -329,34 +330,39 @@ class Fit:
         return self._predicted[key], laid
 
     def solve(
-        self,
-        world_from_rig: Floats,
-        excluded: Bools,
-        rounds: tuple[tuple[float, float], ...] | None = None,
-        arc: int | None = None,
-        by: float = ALIKE,
+        self, world_from_rig: Floats, excluded: Bools, rounds: tuple[Limits, ...] = ROUNDS, by: float = ALIKE
     ) -> RefinedPose:
-        """The best pose from all occurrences that are not excluded, by all rounds or by those given; without an arc of
-        the scene, where one is named; what their file says of the cameras counts `by` times."""
+        """The best pose from all occurrences that are not excluded, by all rounds or by those given; what their file
+        says of the cameras counts `by` times."""
         pose, solved = self.begin(world_from_rig)
-        for reach, scale in rounds or ROUNDS:
+        for limits in rounds:
             prediction, laid = self.predict(pose, solved)
-            votes = ~excluded[self.scene.occurrence_of_arc[prediction.arc]] & (prediction.arc != arc)
+            votes = ~excluded[self.scene.occurrence_of_arc[prediction.arc]]
             delta, own = np.zeros(6), self.unknowns.of_cameras(solved) - laid
-            if (reach, scale) != ROUNDS[0]:
-                m = measure(prediction, self.cameras, delta, self.unknowns, own, (reach, scale), votes)
+            if limits != ROUNDS[0]:
+                m = measure(prediction, self.cameras, delta, self.unknowns, own, limits, votes)
                 delta = find_consensus(m, prediction, self.prior, pose, self.seed)
-            for _ in range(STEPS):
-                m = measure(prediction, self.cameras, delta, self.unknowns, own, (reach, scale), votes)
-                here = perturb(pose, delta)
-                hessian, gradient = self._normal_equations(hold_shifts(m, prediction), here, solved, by)
-                step = np.asarray(np.linalg.solve(hessian, gradient), float)
-                delta, solved = perturbation(pose, perturb(here, step[:6])), solved + step[6:]
-                own = self.unknowns.of_cameras(solved) - laid
-                if step @ hessian @ step < MIN_STEP_SIGMA**2:
-                    break
+            delta, solved = self._descend((prediction, laid), pose, (delta, solved), limits, votes, by)
             pose = perturb(pose, delta)
         return self.measure(pose, solved, excluded)
+
+    def _descend(
+        self, seen: tuple[Prediction, Floats], pose: Floats, start: tuple[Floats, Floats], limits: Limits, votes: Bools,
+        by: float = ALIKE,
+    ) -> tuple[Floats, Floats]:  # fmt: skip
+        """A perturbation (6,) of a pose and unknowns (u,), led from `start` by the steps of one round of `solve`; seen:
+        as `predict` gives it."""
+        (prediction, laid), (delta, solved) = seen, start
+        for _ in range(STEPS):
+            own = self.unknowns.of_cameras(solved) - laid
+            m = measure(prediction, self.cameras, delta, self.unknowns, own, limits, votes)
+            here = perturb(pose, delta)
+            hessian, gradient = self._normal_equations(hold_shifts(m, prediction), here, solved, by)
+            step = np.asarray(np.linalg.solve(hessian, gradient), float)
+            delta, solved = perturbation(pose, perturb(here, step[:6])), solved + step[6:]
+            if step @ hessian @ step < MIN_STEP_SIGMA**2:
+                break
+        return delta, solved
 
     def begin(self, world_from_rig: Floats) -> tuple[Floats, Floats]:
         """Pose and unknowns (u,) to begin at: the cameras of each of several standpoints where these alone lead uphill,
@@ -456,18 +462,6 @@ class Fit:
         sigmas = np.einsum("bi,ij,bj->b", shifts, np.linalg.inv(refined.covariance), shifts)
         worst = [int(np.argmax(np.where(some, sigmas, -1.0))) for some in (lesser, greater) if some.any()]
         return [int(occurrence[w]) for w in worst if sigmas[w] > SUSPECT_SIGMA**2]
-
-    def find_leading_arcs(self, refined: RefinedPose) -> list[int]:
-        """The arcs that hold most of what is known of the pose in some direction, those that hold most first."""
-        m, hessian, _ = self._measured(refined)
-        arc, group = np.unique(refined.prediction.arc, return_inverse=True)
-        _, hessians = _by_group(m, group.ravel())
-        # A weight just short of all of it: what an arc alone determines would be known in no way without it.
-        without = np.linalg.inv(hessian - 0.999 * hessians)[:, :6, :6]
-        known = np.linalg.inv(np.linalg.inv(hessian)[:6, :6])
-        share = 1 - 1 / np.linalg.eigvals(known @ without).real.max(axis=1, initial=1.0)
-        order = np.argsort(-share, kind="stable")[:LEADING_ARCS]
-        return [int(arc[a]) for a in order if share[a] > LEADING_SHARE]
 
     def _take_step(self, refined: RefinedPose, explanations: list[Explanation]) -> RefinedPose:
         """A pose after one more step on what was measured there, with the covariance that the explanations of the

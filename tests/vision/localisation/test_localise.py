@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -201,6 +201,8 @@ def test_poses_within_what_is_needed_are_no_rivals_and_widen_what_is_known(x: fl
 class Landscape:
     """Climbs that lead to the nearest ten mm, and least squares that lead from 50 to 40 besides."""
 
+    strays, halves = True, 0
+
     def climb(self, *given: Any) -> tuple[Floats, float] | None:
         *_, pose, information, steps = given
         np.testing.assert_allclose(information, 0.01 * PRIOR.information)
@@ -213,10 +215,13 @@ class Landscape:
         return at(40 if x == 50 else x, others=(at(x + 4, 50.0),))
 
     def refine_roughly(self, pose: Floats) -> RefinedPose:
-        return replace(self.refine(pose), others=(), is_rough=True)
+        own = at(pose[0, 3], 60.0) if pose[0, 3] % 10 == 6 else self.refine(pose)
+        return replace(own, others=(), is_rough=True)
 
-    def refine_without_arcs(self, refined: RefinedPose) -> list[RefinedPose]:
-        return [at(refined.world_from_rig[0, 3] + 6, 60.0)]
+    def follow_halves(self, refined: RefinedPose) -> Iterator[Floats]:
+        for x in (0, 0, 0, 6, 6, 0) if self.strays else (0, 0, 1, 0, 6, 6):
+            self.halves += 1
+            yield at(refined.world_from_rig[0, 3] + x, 60.0).world_from_rig
 
 
 @pytest.fixture
@@ -274,7 +279,7 @@ def test_what_repeats_is_looked_for_within_the_prior_nearest_to_it_first(
 def test_candidates_are_refined_and_what_repeats_about_the_best_three_times(
     solver: Solver, monkeypatch: pytest.MonkeyPatch, is_open: bool
 ) -> None:
-    """As long as the best changes; and without the arcs that it rests on.  Where no prior is, the candidates alone."""
+    """As long as the best changes; and by halves of its arcs.  Where no prior is, the candidates alone."""
     monkeypatch.setattr(localise_module, "find_displacements", lambda *_: np.array([[20.0, 0, 0]]))
     delta, score = np.zeros((10, 6)), np.array([100.0, 31, 29, 95, 40, 50, 60, 93, 94.5, 20])
     delta[:, 0] = [0, 30, 29, 50, 0.5, 10, 200, 30, 30, 30]
@@ -289,8 +294,13 @@ def test_candidates_are_refined_and_what_repeats_about_the_best_three_times(
     assert climb.rule == ["refined", "refined", little, *followed, little, like, "beyond"]
     assert (scan.rule, climb.looked_at) == (["x"], 7)
     assert places(done) == ([0, 30, 4] if is_open else [100, 80, 60, 40, 0, 30, 66, 86, 4, 44, 106, 64, 84, 104])
-    assert [h.world_from_rig[0, 3] for h in done if h.is_rough] == [30]
+    assert [h.world_from_rig[0, 3] for h in done if h.is_rough] == ([30] if is_open else [30, 66, 86, 106])
     assert all(h.outlines for h in done)
     told = [(s.name, *s.delta[:, 0], *s.score, *s.rule, s.looked_at) for s in shifts]
     steps = [(f"shift {n}", x, reached, "refined", 1) for n, x, reached in ((1, 60, 170), (2, 80, 300), (3, 100, 400))]
     assert told == ([] if is_open else steps)
+    land = cast(Any, solver.fit)
+    assert land.halves == (0 if is_open else 18)
+    land.strays = False  # all lead back: four are enough
+    assert len(solver.hypotheses(Perturbations(delta[:9], score[:9], stages))[0]) == (3 if is_open else 11)
+    assert land.halves == (0 if is_open else 30)

@@ -12,7 +12,7 @@ import pytest
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig, thinned
 from tests.vision.localisation.simulation import Errors, draw_edges, fit_of, shift_bodies
-from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb, perturbation, perturbations
 from vision.localisation.hypotheses import EdgePoints, flow_in_camera, predict, project_with_jacobians
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import NO_PARTNER_ODDS, PARTNER_ODDS
@@ -242,28 +242,6 @@ def test_the_part_that_moves_the_pose_most_is_suspected() -> None:
     assert [fit.leave_out(found, cube) for cube in range(3)] == [None] * 3
 
 
-def test_leading_arcs_are_those_without_which_most_is_unknown() -> None:
-    fit, found = refined_cubes((0.0, 0.0))
-    m = hold_shifts(found.measurements, found.prediction)
-    w = m.weight / m.sigma**2
-    away = perturbation(fit.prior.world_from_rig, found.world_from_rig)
-    turn = np.eye(6)
-    turn[:3, :3] = np.linalg.inv(fit.prior.world_from_rig[:3, :3]) @ found.world_from_rig[:3, :3]
-    assert away.any()
-    hessian = np.einsum("n,ni,nj->ij", w, m.jacobian, m.jacobian)
-    hessian[:6, :6] += turn.T @ fit.prior.information @ turn
-    hessian[6:, 6:] += np.diag(fit.unknowns.precision)
-    known = np.linalg.inv(np.linalg.inv(hessian)[:6, :6])
-    share = {}
-    for arc in np.unique(found.prediction.arc):
-        rows = found.prediction.arc == arc
-        rest = hessian - 0.999 * np.einsum("n,ni,nj->ij", w[rows], m.jacobian[rows], m.jacobian[rows])
-        left = np.linalg.inv(rest)[:6, :6]
-        share[int(arc)] = 1 - 1 / max(np.linalg.eigvals(known @ left).real.max(), 1.0)
-    expected = [arc for arc in sorted(share, key=lambda arc: -share[arc])[:8] if share[arc] > 0.5]
-    assert fit.find_leading_arcs(found) == expected
-
-
 def test_what_was_measured_is_told_in_the_world() -> None:
     fit, truth = problem()
     found = fit.refine(truth)
@@ -388,7 +366,7 @@ def test_of_two_like_bodies_that_disagree_either_may_be_off_and_of_one_part_noth
     assert not found.others
 
 
-def test_a_fit_that_an_arc_leads_astray_finds_back_without_it() -> None:
+def test_halves_of_the_arcs_lead_back_from_where_some_led_astray() -> None:
     """One camera before a box, of which some edges show nothing and lines are printed 4 px beside them."""
     scene = box_scene([(np.array([-60.0, -40, 0]), np.array([120.0, 80, 60]))])
     rig, truth = stereo_rig().only("left"), above(15, -25, 420)
@@ -404,9 +382,13 @@ def test_a_fit_that_an_arc_leads_astray_finds_back_without_it() -> None:
     fit = fit_of(scene, rig, {"left": replace(whole, position=position)}, prior)
     astray = fit.refine(prior.world_from_rig)
     assert np.linalg.norm(perturbation(astray.world_from_rig, truth)[:3]) > 2.0
-    best = min(fit.refine_without_arcs(astray), key=lambda h: h.cost)
-    assert best.cost < astray.cost
+    best = astray
+    for _ in range(3):  # as long as the best changes
+        best = min((best, *map(fit.refine_roughly, fit.follow_halves(best))), key=lambda h: h.cost)
     assert np.linalg.norm(perturbation(best.world_from_rig, truth)[:3]) < 0.3
+    fit, found = refined_cubes((0.0, 0.0))
+    ends = perturbations(found.world_from_rig, np.stack([*fit.follow_halves(found)]))
+    assert np.abs(ends[:, :3]).max() < 0.5
 
 
 @pytest.mark.parametrize("turned", [0.0, 0.1])
