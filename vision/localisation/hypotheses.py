@@ -19,9 +19,7 @@ from vision.scene import Scene
 
 # For each of a few orientations (modulo pi) the picture is a grid of cells with the strongest edge element within
 # reach. A cell's evidence is the log likelihood ratio
-#
 #     log( (d_k + (1 - d) q_k) / q_k )
-#
 # of its strength class k: `d_k` is how often a visible model edge shows in that class, `d` its sum, and `q_k` how often
 # the cells *around* have the class at that orientation. So a lone contour weighs much, a stroke among the thousands of
 # parallel strokes of brushed metal next to nothing, and a predicted edge where there is none counts against the pose:

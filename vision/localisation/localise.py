@@ -147,7 +147,6 @@ class _Arcs:
 
 
 # Poses that could be right beside the best because structure repeats.
-#
 # On identical pockets a pose shifted by one pitch looks the same. The shifts are read off the model: displacements that
 # carry visible arcs onto congruent arcs, gathered by how much visible length they carry along.
 
@@ -224,8 +223,7 @@ def find_displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Flo
 SELECT_PX = 60.0  # beyond the pictures within which arcs are kept about poses that need no search
 LEAST_SHARE = 0.5  # of the best start's score from which others climb too, where the join gives starts
 SAME_PX = 1.5  # rms over what is seen, within which two poses are one
-# Other candidates are followed up from this share of the best one's score; beyond so many only from the second share,
-# where the pictures may not tell them from the best.
+# Other candidates are followed up from this share of the best one's score; beyond so many only from the second share.
 MIN_CANDIDATE_SHARE, CANDIDATES, MIN_EQUAL_SHARE = 0.3, 6, 0.94
 MIN_EVIDENCE_SHARE = 0.7  # of the best evidence to which a pose must climb to be refined
 RIVAL_FIRST_PX, RIVAL_LAST_PX = 2.0, 0.5  # first and last step of that climb
@@ -233,8 +231,8 @@ RIVAL_PRIOR_WEIGHT = 0.01  # of the prior in it
 SHIFT_ROUNDS = 3  # of shifting the best pose, which may change
 HALVES_ALIKE = 4  # halves of the arcs that lead back, from which no more are tried
 MAX_REFINED = 60  # hypotheses; the likeliest by the prior are followed first
-# Log likelihood ratio of an edge of the object, against anything else, that a partner in stereo gives an arc, and that
-# of none: measured on 14 rendered pairs, where .57 of the arcs along visible edges have a partner and .19 of others.
+# Log likelihood ratio of an edge of the object that a partner in stereo gives an arc, and that of none: of 14 rendered
+# pairs .57 of the arcs along visible edges have a partner and .19 of others.
 PARTNER_ODDS, NO_PARTNER_ODDS = 1.1, -0.63
 
 Weigh = Callable[[RefinedPose, Mapping[str, EdgeIndex]], float]
@@ -326,10 +324,12 @@ def localise(
         hypotheses, standing, motions = _order(hypotheses, scene, p)
         clock.lap("weigh")
     best, standing = join_near(hypotheses, standing, needs)
-    hypotheses[0] = best = solver.fit.show(best)
-    equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None])[1:]]
     several = rig.cameras if len(rig.cameras) > 1 else ()
     single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in several}
+    if rig.moved is not None:
+        best = min(best, solver._outline(solver.fit.resolve(best, single)), key=lambda h: h.cost)
+    hypotheses[0] = best = solver.fit.show(best)
+    equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None])[1:]]
     solved = correct_rig(rig, best.camera_unknowns)
     elsewhere = gather_elsewhere(near, solved, best.prediction, fine, solver.greys, best.world_from_rig, p)
     verdict = decide(hypotheses, standing, single, elsewhere, rig, needs, p.verdict)
@@ -366,8 +366,7 @@ def join_near(hypotheses: Sequence[RefinedPose], standing: Ints, needs: Needs) -
     aside = np.linalg.norm(apart[:, :3] + np.cross(apart[:, 3:], best.middle), axis=1)
     near = (aside <= needs.translation_mm) & (np.linalg.norm(apart[:, 3:], axis=1) <= needs.rotation)
     last = best.last_step or LastStep(best.world_from_rig, best.camera_unknowns, best.covariance, [])
-    joined = best.against([hypotheses[n] for n in standing[near][1:]])
-    last = replace(last, explanations=[*last.explanations, *joined])
+    last = replace(last, explanations=last.explanations + best.against([hypotheses[n] for n in standing[near][1:]]))
     covariance = join_explanations(last.world_from_rig, last.covariance, last.explanations)
     return replace(best, covariance=covariance, last_step=last), np.append(standing[:1], standing[~near])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -34,15 +34,13 @@ NEAR_ROUNDS = ROUNDS[-2:]  # also tried without the others: wide ones may be led
 LEAST_GAIN = 3.0  # log odds by which the start, or the pose of the near rounds, must do better to be kept
 STEPS = 6  # Gauss-Newton steps at most in a round
 MIN_STEP_SIGMA = 0.05  # a shorter step ends a round
-# Beyond so many sigmas the last step, on what was measured at the pose, is not taken: others are of hundredths to one,
-# of bulkheads with thousands of edges up to five (.1 to 1 mm).
+# Beyond it the last step, on what was measured at the pose, is not taken: others have .01 to 1, bulkheads up to five.
 MAX_LAST_STEP_SIGMA = 6.0
 SAMPLES = 3000  # that face a camera
 DRAWS, DRAWN_ARCS = 300, 5  # of the consensus (Fischler and Bolles, 1981), and arcs in one
 CONSENSUS_PX = 1.5  # within which a measurement agrees with a draw
-# Sigmas of the pose without a part by which that part may shift it; one in its place that determines the pose as well
-# as all others together shifts it by less in 98 of 100 cases.  And sigmas of the pose with the part: in six dimensions
-# 17 in 100 of two equal halves lie further apart.
+# Sigmas of the pose without a part by which that part may shift it: one that knows as much as all others shifts it by
+# less in 98 of 100 cases.  And sigmas of the pose with it: 17 in 100 of two equal halves lie further apart.
 MAX_SHIFT_SIGMA, MAX_JOINT_SHIFT_SIGMA = 2.0, 3.0
 # Share of the edges found up to which a part that knows more than the others is suspected: without one that holds more,
 # too little evidence is left against it.
@@ -63,11 +61,10 @@ def compute_covariance(
     of `CameraUnknowns.held`.
 
     Samples near each other err together (texture, shading), so stretches of arcs (of `group_by_stretch`) are what is
-    independent.  The image of an arc may be shifted as a whole (light, a clipped edge, an arc not where the model
-    says), by a random effect whose variance is common to all arcs and is estimated from how far their mean offsets
-    scatter, what the pose has followed taken off (Henderson's analysis of variance).  One arc may lie on another edge
-    altogether: how far the pose moves without it counts besides, arc by arc (jackknife).  Where the model has a
-    tolerance, an arc lies elsewhere for all cameras alike.  The priors err by their covariance."""
+    independent.  An arc's image may be shifted as a whole (light, a clipped edge), by a random effect whose variance is
+    common to all and estimated from how far their mean offsets scatter, what the pose has followed taken off
+    (Henderson's analysis of variance).  An arc may lie on another edge altogether: how far the pose moves without it
+    counts besides (jackknife).  By its tolerance it lies elsewhere for all cameras alike.  Priors err as they say."""
     group = prediction.image_of_arc
     weight = m.weight / m.sigma**2
     data = (held.jacobian * weight[:, None]).T @ held.jacobian
@@ -104,7 +101,7 @@ def compute_covariance(
 def _scatter_without_arcs(m: Measurements, group: Ints, hessian: Floats) -> Floats:
     """Sum (6 + u, 6 + u) of the outer products of how far the solution moves, to first order, without each arc."""
     gradients, hessians = _by_group(m, group)
-    # An arc that alone determines the pose in some direction leaves next to nothing without it.
+    # What one alone determines is known in no way without it: all but a thousandth of it is taken away.
     moved = np.linalg.solve(hessian - 0.999 * hessians, gradients[..., None])[..., 0]
     return np.asarray(moved.T @ moved)
 
@@ -272,11 +269,10 @@ class Fit:
     def refine(self, world_from_rig: Floats) -> RefinedPose:
         """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
 
-        Placed parts that stand elsewhere in the world pull the pose however robust the loss.  So a part that
-        contradicts the others is left out of the least squares, where the whole then gathers enough evidence with that
-        part looked for near its place.  Where two that determine the pose about equally contradict each other, either
-        may be off.  All such explanations are `others` of the pose, and its covariance joins them in proportion to
-        their evidence.  The start stays where it has clearly more evidence."""
+        Placed parts that stand elsewhere pull the pose however robust the loss.  So a part that contradicts the others
+        is left out, where the whole then gathers enough evidence with that part looked for near its place.  Where two
+        that know about as much contradict each other, either may be off.  All such explanations are `others` of the
+        pose, and its covariance joins them by their evidence.  A start with clearly more evidence stays."""
         refined = self.solve(world_from_rig, self._none)
         rejected: list[RefinedPose] = []
         while others := [h for c in self.find_outliers(refined) if (h := self.leave_out(refined, c)) is not None]:
@@ -364,11 +360,11 @@ class Fit:
                 break
         return delta, solved
 
-    def begin(self, world_from_rig: Floats) -> tuple[Floats, Floats]:
-        """Pose and unknowns (u,) to begin at: the cameras of each of several standpoints where these alone lead uphill,
-        as what they, or the base of their carrier, are stated wrongly by may exceed the reach of least squares."""
+    def begin(self, world_from_rig: Floats, alone: Mapping[str, RefinedPose] | None = None) -> tuple[Floats, Floats]:
+        """Pose and unknowns (u,) to begin at: the cameras of each of several standpoints where they stand alone, else
+        alone lead uphill: they, or the base of their carrier, may be stated further off than least squares reach."""
         key, rig, bases = world_from_rig.tobytes(), self.rig, self.unknowns.bases
-        if key in self._begun:
+        if key in self._begun and alone is None:
             return self._begun[key]
         pose, solved = world_from_rig, self.unknowns.expected.copy()
         for name, columns in self.unknowns.standpoints.items():
@@ -377,14 +373,26 @@ class Fit:
                 continue
             it, fields = rig.standpoints[name], dict(zip(rig.cameras, self.fields, strict=True))
             carried = carry(inverse(rig.standpoints[rig.first].world_from_rig) @ it.world_from_rig)
-            off = np.hstack([it.root, it.sway if it.carrier in bases else np.zeros((6, 0))])
-            covariance, seen = carried @ off @ off.T @ carried.T, Fields(fields[camera] for camera in own)
-            led = climb_within(self.scene, rig.only(*own), seen, world_from_rig, covariance, self.seed)
+            if alone is None:
+                off = np.hstack([it.root, it.sway if it.carrier in bases else np.zeros((6, 0))])
+                covariance, seen = carried @ off @ off.T @ carried.T, Fields(fields[camera] for camera in own)
+                led = climb_within(self.scene, rig.only(*own), seen, world_from_rig, covariance, self.seed)
+            else:
+                led = alone[own[0]].world_from_rig
             if led is not None:
                 solved[columns] = np.linalg.solve(carried @ it.root, perturbation(world_from_rig, led))
                 pose = led if name == rig.first else pose
         self._begun[key] = pose, solved
         return self._begun[key]
+
+    def resolve(self, refined: RefinedPose, alone: Mapping[str, RefinedPose]) -> RefinedPose:
+        """A pose solved again from where each standpoint's camera stands alone, if some see more there: least squares
+        left them at neighbouring edges."""
+        if sum(h.evidence for h in alone.values()) < refined.evidence + LEAST_GAIN:
+            return refined
+        self.begin(refined.world_from_rig, alone)
+        again = self.solve(refined.world_from_rig, refined.excluded, NEAR_ROUNDS)
+        return self._take_step(again, refined.last_step.explanations if refined.last_step else [])
 
     def measure(self, pose: Floats, solved: Floats, excluded: Bools) -> RefinedPose:
         """What the pictures say of a pose as it stands, with what is solved of the cameras (u,)."""
@@ -457,7 +465,6 @@ class Fit:
         lesser = np.linalg.slogdet(hessians + priors)[1] < np.linalg.slogdet(hessian - hessians)[1]
         found = np.bincount(group, refined.prediction.weight * (m.weight > 0))
         greater = ~lesser & (found < MAX_LEFT_OUT * found.sum())
-        # What one alone determines is known in no way without it: then all but a thousandth of it is taken away.
         shifts = np.linalg.solve(hessian - 0.999 * hessians, gradients[..., None])[:, :6, 0]
         sigmas = np.einsum("bi,ij,bj->b", shifts, np.linalg.inv(refined.covariance), shifts)
         worst = [int(np.argmax(np.where(some, sigmas, -1.0))) for some in (lesser, greater) if some.any()]

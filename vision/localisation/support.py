@@ -30,7 +30,6 @@ from vision.scene import Scene
 #
 # A right pose has arcs that show from end to end and others that do not show at all; a wrong one finds a little of
 # everything. How many arcs show in this light is not known, so pi is averaged over, camera by camera.
-#
 # A placed part that is not where the model says is looked for near its place: its image may be shifted, turned and
 # scaled, camera by camera, at the cost of the log of how many such images the picture tells apart (MacKay, 1992).
 
@@ -160,7 +159,6 @@ def mix_over_arcs(arc: Floats, view: Ints, cameras: int) -> Floats:
 
 
 # Whether a picture changes where a pose has the outline of the model against what lies behind it.
-#
 # A printed edge parts an object from itself; its outline parts it from the background. So pixels just inside the
 # outline should be likelier of what lies deeper inside than of what lies farther outside, and those just outside the
 # reverse. What lies about a place on either side is a Gaussian of grey within a window (Lankton and Tannenbaum,

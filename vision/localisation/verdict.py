@@ -108,9 +108,8 @@ def draw_elsewhere(prediction: Prediction, p: ElsewhereParameters) -> Floats:
 # answers. Whether the object is there, about here, says a posterior. It weighs how rarely poses elsewhere gather as
 # much in these very pictures (verdict.py), the share of the model's edges that show, how closely the edges found lie
 # on them, and how near the prior the pose lies; its weights come from trials with known truth (benchmarks/verdict.py).
-# How exactly says the covariance. Rivals, those of repeated structure among them, take their share of the posterior.
-# Each camera must see the model by itself, and the poses that single cameras give must agree. An accepted pose is also
-# as precise as the user needs it.
+# How exactly says the covariance. Rivals take their share of the posterior. Each camera must see the model by itself,
+# and the poses that single cameras give must agree. An accepted pose is also as precise as the user needs it.
 
 AXES = ("x", "y", "z")
 

@@ -29,8 +29,7 @@ from vision.localisation.measurements import (
 
 
 def test_the_mean_of_an_arc_counts_no_more_than_its_shift_allows() -> None:
-    """One unknown that moves all edges alike, seen by a long arc and by nine short ones: its best estimate weighs their
-    means by 1 / (shift^2 + sigma^2 / number)."""
+    """One unknown that moves all edges alike: the best estimate weighs arcs' means by 1 / (shift^2 + sigma^2 / n)."""
     rng = np.random.default_rng(4)
     number, shift, sigma = np.array([400] + [10] * 9), 0.2, 0.3
     arc = np.repeat(np.arange(10), number)

@@ -387,8 +387,7 @@ def test_halves_of_the_arcs_lead_back_from_where_some_led_astray() -> None:
         best = min((best, *map(fit.refine_roughly, fit.follow_halves(best))), key=lambda h: h.cost)
     assert np.linalg.norm(perturbation(best.world_from_rig, truth)[:3]) < 0.3
     fit, found = refined_cubes((0.0, 0.0))
-    ends = perturbations(found.world_from_rig, np.stack([*fit.follow_halves(found)]))
-    assert np.abs(ends[:, :3]).max() < 0.5
+    assert np.abs(perturbations(found.world_from_rig, np.stack([*fit.follow_halves(found)]))[:, :3]).max() < 0.5
 
 
 @pytest.mark.parametrize("turned", [0.0, 0.1])

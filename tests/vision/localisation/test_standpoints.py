@@ -27,8 +27,7 @@ TILTS = np.radians([[0, 0, 0], [25, 0, 0], [-14, 22, 5], [0, -25, 10]])
 
 
 def stand(seed: int, moved: float = 0.0, sigma: Floats = SIGMA) -> tuple[Fit, Rig, list[Floats]]:
-    """Least squares of blocks seen from four standpoints, stated with errors of `sigma`, the last further off by
-    so many sigma; the rig as it stood, and how far each standpoint is from where it is stated."""
+    """Least squares of blocks seen from four standpoints, that err by `sigma`, the last by `moved` more; as it was."""
     rng, rig = np.random.default_rng(seed), stereo_rig().only("left")
     rig = replace(rig, sigma={"left": CalibrationSigma(0.001, 0.3)})
     turns = [np.vstack([np.column_stack([rotation_matrix(tilt), np.zeros(3)]), [0, 0, 0, 1]]) for tilt in TILTS]
@@ -152,3 +151,19 @@ def test_standpoints_are_found_that_lie_further_off_than_least_squares_looks() -
     assert max(np.linalg.norm((solved[n] - it)[:3, 3]) for n, it in true.rig_from_camera.items()) < 2.5
     standpoints = fit.unknowns.standpoints.values()
     assert found.strain == pytest.approx(sum((found.solved[it] ** 2).sum() / 2 for it in standpoints), rel=5e-3)
+
+
+@pytest.mark.parametrize("lost", ["s0", "s2"])
+def test_a_camera_that_is_lost_among_several_is_found_where_it_stands_by_itself(lost: str) -> None:
+    fit, true, _ = stand(0)
+    truth, each = true.standpoints["s0"].world_from_rig, zip(fit.rig.cameras, fit.cameras, strict=True)
+    found = fit.refine(truth)
+    alone = {n: fit_of(fit.rig.only(n), {n: it.edges}, truth).refine_roughly(truth) for n, it in each}
+    assert fit.resolve(found, alone) is found
+    solved, off = found.solved.copy(), np.array([0.0, 15, 0, 0, 0, 0])
+    solved[fit.unknowns.standpoints[lost]] += off
+    pose = perturb(found.world_from_rig, SIGMA * off * (lost == "s0"))  # by which the others hold that one
+    astray = fit.measure(pose, solved, found.excluded)
+    again = fit.resolve(astray, alone)
+    np.testing.assert_allclose(again.support.by_camera, found.support.by_camera, atol=2)
+    assert np.linalg.norm(perturbation(again.world_from_rig, found.world_from_rig)[:3]) < 0.1

@@ -123,8 +123,7 @@ def test_outlines_of_all_cameras_are_weighed_by_length() -> None:
 
 
 def test_outlines_are_compared_square_by_square() -> None:
-    """Distances by brute force, and Gaussians of the greys inside and outside within 24 px, against loops; shifted by
-    whole squares, the outlines are those of the model laid there, but along the border of what is known."""
+    """By brute force and loops; shifted by whole squares, outlines are those of the model there, but at the border."""
     plate = box_scene([(np.array([-70.0, -50, -10]), np.array([140.0, 100, 10]))])
     rig = Rig({"one": Camera(180, 150, np.array([[400.0, 0, 90], [0, 400, 75], [0, 0, 1]]))}, {"one": np.eye(4)})
     pose = np.diag([1.0, -1, -1, 1])

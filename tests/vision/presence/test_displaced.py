@@ -369,8 +369,7 @@ def test_what_no_rib_can_be_is_no_thickness(mm: tuple[float, float]) -> None:
 
 
 def test_faces_move_until_they_meet() -> None:
-    """Sides of a rib of 6 mm, one of which lies 2 mm in: of the other at most 3 more can go, so that 1 mm is left.
-    Walls of a pocket of 40 mm, both in place: either can go 39 mm out."""
+    """Sides of a rib of 6 mm, one 2 mm in: the other can go 3 more.  Walls of a pocket of 40 mm can go 39 mm out."""
     rib = find_opposed(feature_of("rib", 2, 6.0), scene_of(RIB, *ENDS), RIB, SIDES)
     low, high = rib.limit(np.array([-2.0, 0.0]), 1.0)
     assert low.tolist() == [-5.0, -3.0]

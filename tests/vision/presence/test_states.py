@@ -329,8 +329,7 @@ TILT = rotation_matrix(np.array([[0.4, -0.3, 1.1]]))[0]
 
 
 def measured(shift: Floats, sigma: Floats) -> Measures:
-    """Bores of which two thirds are there, of each others, 10 deep and the fourth 70, all with middles equally deep but
-    the last, each aside by a shift (n, 3) of the part's frame."""
+    """Bores 10 deep, the fourth 70, all but the last with middles equally deep, each aside by a shift (n, 3)."""
     depth = np.array([10.0, 10, 10, 70, 10])
     angle = np.linspace(0, 4 * np.pi / 3, 24) + 1.3 * np.arange(len(CENTRES))[:, None]
     around = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=2)
