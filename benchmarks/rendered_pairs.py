@@ -119,8 +119,7 @@ def find_siblings(pair: RenderedPair, left: StereoArcs, right: StereoArcs) -> Si
 
 
 def _edges_beside(edges: EdgePoints, points: Floats) -> tuple[Ints, Ints]:
-    """The visible edges that run by each of the points (n, 2), one behind the other as they may be: (point, nearest
-    sample of the edge)."""
+    """The visible edges that run by each of the points (n, 2), one behind another perhaps: (point, nearest sample)."""
     distance, nearest = cKDTree(edges.uv).query(points, k=_SAMPLES, distance_upper_bound=ON_EDGE)
     at, rank = np.nonzero(np.isfinite(distance))
     sample = np.asarray(nearest)[at, rank]

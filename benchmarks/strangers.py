@@ -239,7 +239,8 @@ def _find_errors(items: list[dict[str, Any]], change: dict[str, Any] | None) -> 
                     ends = int(abs(high - change["was"]) < PLANE_MM) - int(abs(low - change["was"]) < PLANE_MM)
                     true += (change["now"] - change["was"]) * ends
             elif change and kind == "resized" and relation == "own" and what == "diameter":
-                true += change["amount"]
+                extents = np.diff(change["before"], axis=0)[0][np.arange(3) != change["axis"]]
+                true += change["amount"] * (abs(true - extents).max() < 1)  # not what else there is of that bore
             elif relation:  # which face or hole it is of is not known
                 continue
             told.add(key)

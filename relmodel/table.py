@@ -37,8 +37,7 @@ class Table:
         return list(self.arrow.column_names)
 
     def numpy(self) -> dict[str, npt.NDArray[Any]]:
-        """Columns as arrays, by name: nulls are NaN among numbers and None in others, lists are arrays in an array of
-        objects."""
+        """Columns as arrays, by name: nulls are NaN among numbers and None in others, lists arrays among objects."""
         return {name: self[name] for name in self.names}
 
     def pandas(self) -> pd.DataFrame:

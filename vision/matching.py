@@ -89,8 +89,7 @@ RELATIONS = RelationParameters(radius=140.0, neighbours=40, region_neighbours=6,
 class ViewUnits:
     """Units of a view: its arcs by number, then its surfaces.
 
-    surface (n,): the scene's surface of each; relations: columns of unit_relation without the set; arcs: how many
-    units are arcs."""
+    surface (n,): the scene's surface of each; relations: columns of unit_relation but the set; arcs: how many are."""
 
     points: ViewPoints
     surface: Ints

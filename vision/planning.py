@@ -1,5 +1,4 @@
-"""A plan of the next views: poses of a rig about a placed object that an arm reaches, chosen by what they
-would check."""
+"""A plan of the next views: poses of a rig about a placed object that an arm reaches, by what they would check."""
 
 from __future__ import annotations
 

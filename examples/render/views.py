@@ -56,8 +56,7 @@ class Camera:
 class Shot:
     """What is rendered: cameras by name ("left", "right" or "left" alone), where they stand, what they look at.
 
-    Poses are object_from_camera (4, 4); the target point (3,) and the normal (3,) of what is looked at are in the
-    object's frame."""
+    Poses are object_from_camera (4, 4); the target point (3,) and the normal (3,) looked at are in the object's."""
 
     cameras: dict[str, Camera]
     poses: dict[str, Array]

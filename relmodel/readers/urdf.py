@@ -24,8 +24,7 @@ _LEAST_SEGMENTS, _MOST_SEGMENTS = 42, 360  # of a full turn
 
 
 def primitive(kind: str, *sizes: float) -> Shape:
-    """A box of three sides, a cylinder of a radius and a length about z, or a sphere of a radius; mm, about the
-    origin."""
+    """A box of three sides, a cylinder of a radius and a length about z, or a sphere; mm, about the origin."""
     import trimesh
 
     radius, count = sizes[0], _segments(sizes[0])

@@ -77,8 +77,7 @@ def check(store: Store) -> list[CheckResult]:
     """Read every block and table whole, run the queries of `queries/check`, and compare references, ledger, digests and
     journal with the rest.
 
-    Where the database fails in one of these, as it does on a damaged file, its error is the finding; the others run all
-    the same."""
+    Where the database fails in one of these, as it does on a damaged file, its error is a finding; others run on."""
     searches = [(name, sql.description(name), partial(_query, store, name=name)) for name in sql.query_names("check")]
     searches += [
         ("references", "Rows whose reference leads nowhere.", partial(_references, store)),

@@ -78,8 +78,7 @@ class Robots:
         }
 
     def _split(self, name: str) -> tuple[str, str]:
-        """Path of the robot that a joint or a link is named of, the longest that the name begins with, and its name in
-        that."""
+        """Path of the robot that a joint or a link is named of, the longest that it begins with, and its name there."""
         path = max((path for path in self.trees if path and name.startswith(f"{path}/")), key=len, default="")
         return path, name[len(path) + 1 :] if path else name
 

@@ -1,7 +1,6 @@
 """Parts ten times as long as wide along each axis, on many pages, in bodies turned each way: SQL against brute force.
 
-Volumes that only just reach a side of a part's box, or only just do not, tell a reach that is too short along one axis
-from the right one."""
+Volumes that only just reach a side of a part's box, or just do not, tell a reach that is too short along an axis."""
 
 from __future__ import annotations
 

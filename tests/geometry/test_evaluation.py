@@ -1,5 +1,4 @@
-"""Lengths, boxes, parameters and normals of curves and surfaces; their points are held against the kernel where STEP
-files are read."""
+"""Lengths, boxes, parameters and normals of curves and surfaces; points are held against the kernel by STEP's tests."""
 
 from __future__ import annotations
 

@@ -59,8 +59,7 @@ def findings(store: Store) -> list[Any]:
 def test_volume_and_area_stated_in_inches(unit: str, tmp_path: Path) -> None:
     """1 x 2 x 3 inches: 6 cubic inches are 98322.384 mm3, 22 square inches 14193.52 mm2.
 
-    The unit is derived from the inch, as ISO 10303-41 has it, or has a name and a dimension besides, or is left to the
-    context of the representation."""
+    The unit is derived from the inch, as ISO 10303-41 has it, has a name and dimension besides, or is the context's."""
     path = write_box(tmp_path / "box.step", "INCH", volume=6.0, area=22.0)
     text = path.read_text()
     inch = re.findall(r"(#\d+) = \( CONVERSION_BASED_UNIT\('INCH'", text)[0]

@@ -1,5 +1,4 @@
-"""What a STEP file says beside its geometry, against its own text (taken apart with plain regular expressions) and
-against the geometry that it is of."""
+"""What a STEP file says beside its geometry, against its own text (by plain regular expressions) and its geometry."""
 
 from __future__ import annotations
 

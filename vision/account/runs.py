@@ -152,8 +152,7 @@ def weigh_absence(item: Ints, rows: EdgeRuns, count: int, cameras: int, p: RunPa
 
     In a picture those of one pair of surfaces, and of an arc that has nothing on one side, are there or not together.
     An edge that one picture shows is not gone from another.  What share of its edges an item would lack is not known:
-    those of `missing` are as likely one as another.  So no edge that is found pays for another one that should show and
-    does not."""
+    those of `missing` are as likely one as another.  So no edge that is found pays for one that does not show."""
     sides = np.sort(np.where(rows.surface < 0, -2 - rows.arc[:, None], rows.surface), axis=1)
     seen, row = np.unique(np.column_stack([item, sides, rows.camera]), axis=0, return_inverse=True)
     edge = np.unique(seen[:, :3], axis=0, return_inverse=True)[1].ravel()
@@ -238,8 +237,7 @@ def _squares(a: Floats, b: Floats) -> Floats:
 @dataclass(frozen=True)
 class EdgeAccount:
     """All that is known of the edges that cameras should see at a pose: their samples, the elements beside them, what
-    supports them, what lies on their sides, and the evidence run by run, of whole runs and of runs parted where they
-    turn."""
+    supports them, what lies on their sides, and the evidence, of whole runs and of runs parted where they turn."""
 
     samples: Samples
     nearby: Nearby

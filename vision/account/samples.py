@@ -68,8 +68,7 @@ class SampleSupport:
     found: whether an edge element lies where the sample is; weight: px that it counts, zero on the picture's border and
     where a predicted edge of other surfaces lies so near that the picture cannot tell the two apart; chance: share of
     the places nearby, off all predicted edges, where an element lies as well; contrast: grey of the strongest that was
-    found, 0 for none; owner: of each row of `Nearby` the sample nearest to its element, -1 where none lies within the
-    tolerance."""
+    found, 0 for none; owner: of each row of `Nearby` the sample nearest to its element, -1 where none lies near."""
 
     found: Bools
     weight: Floats

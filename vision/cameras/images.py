@@ -1,5 +1,4 @@
-"""Pictures read as they are meant: grey, colour, 8 and 16 bit, turned as EXIF says; those of a rig by the names of its
-cameras."""
+"""Pictures read as they are meant: grey, colour, 8 and 16 bit, turned as EXIF says; those of a rig by camera."""
 
 from __future__ import annotations
 

@@ -80,8 +80,7 @@ def record_rig(run: Run, connection: Connection, rig: Rig) -> int:
 
 
 def read_recorded_rig(columns: Mapping[str, Any]) -> Rig:
-    """The rig of rows of its cameras, in their order: those of `rig_camera` with `camera` for the name, and of the
-    cameras."""
+    """The rig of rows of its cameras, in order: those of `rig_camera` with `camera` for the name, and of these."""
     names = list(columns["camera"])
     matrix = np.tile(np.eye(3), (len(names), 1, 1))
     for name, (i, j) in {"fx": (0, 0), "skew": (0, 1), "cx": (0, 2), "fy": (1, 1), "cy": (1, 2)}.items():

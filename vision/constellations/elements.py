@@ -246,8 +246,7 @@ class EllipseFit:
         return poses, off
 
     def score(self, poses: Floats) -> tuple[Floats, Ints]:
-        """The log odds (k,) of the ellipses that poses explain against chance, and by which circle (k, e) they do, -1
-        for none."""
+        """The log odds (k,) of the ellipses that poses explain against chance, and by which circle (k, e), -1: none."""
         from vision.constellations import ellipse_kernels
 
         p, e, camera = self.p, self.ellipses, self.camera

@@ -1,8 +1,7 @@
 """Kernels on poses of one camera: the fit of circles of the model to ellipses, and how many ellipses of a
 picture a pose explains.
 
-A pose (12,) is camera_from_model: a rotation by rows and a translation, mm.  `matrix` (3, 3) is the camera's, without
-skew."""
+A pose (12,) is camera_from_model: a rotation by rows and a translation, mm.  `matrix` (3, 3): the camera's, no skew."""
 
 import numpy as np
 

@@ -1,5 +1,4 @@
-"""Poses of a rig from circles or straight edges, with a prior or without, of one picture or of more: join, votes,
-scores, fit."""
+"""Poses of a rig from circles or straight edges, with a prior or without, of one picture or more: join, votes, fit."""
 
 from __future__ import annotations
 

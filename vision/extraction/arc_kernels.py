@@ -107,8 +107,7 @@ def _break_points(
 ) -> int:
     """Candidate breaks of first..last (inclusive): Douglas-Peucker at `tolerance`, and no two over `spacing` apart.
 
-    Worked in `stack`: the ends of the stretches that wait, the first of them on top, each beginning where the one above
-    it ends."""
+    Worked in `stack`: the ends of the stretches that wait, the first on top, each begins where the one above ends."""
     out[0], count = first, 1
     a, stack[0], top = first, last, 0
     while top >= 0:

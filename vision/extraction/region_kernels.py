@@ -10,8 +10,7 @@ from relmodel.compiled import kernel
 
 @kernel("void(i4[:, ::1], f8[:, ::1], f4[:, ::1], f8, f8[:, ::1])")
 def sums(labels: Ints32, grey: Floats, depth: Floats32, saturation: float, out: Floats) -> None:
-    """Add to `out` (regions, 16): n, x, y, xx, xy, yy, g, gg, xg, yg, saturated; and least x, y, greatest x, y and
-    depth."""
+    """Add to `out` (regions, 16): n, x, y, xx, xy, yy, g, gg, xg, yg, saturated; least x, y, greatest x, y, depth."""
     rows, columns = labels.shape
     for r in range(rows):
         begin = 0

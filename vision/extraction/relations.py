@@ -175,8 +175,7 @@ def relate_neighbours(
 def _border_lengths(labels: Ints32, count: int) -> tuple[Ints, Floats]:
     """Pairs of 4-neighbours, as lesser times `count` plus greater, ascending, and the length (px) of their border.
 
-    By Cauchy and Crofton: how often the lines of four directions cross it, each weighed by how far its parallels lie
-    apart."""
+    By Cauchy and Crofton: how often the lines of four directions cross it, by how far its parallels lie apart."""
     nowhere = np.zeros(labels.shape, np.bool_)
     lesser, greater, sums = sum_borders(labels, nowhere, nowhere)
     crossed = sums[:, SIDES] + sums[:, ASLANT] / np.sqrt(2.0)

@@ -1,5 +1,4 @@
-"""Where a rig is in a world of a store: what to look for, where the search starts, and pictures matched against what a
-pose shows."""
+"""Where a rig is in a world of a store: what to look for, where to start, and pictures matched to what a pose shows."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""The pictures of an inspection with what was extracted from them, what is the matter with them, and how many are kept
-in memory."""
+"""The pictures of an inspection with what was extracted from them, what is wrong with them, and how many are kept."""
 
 from __future__ import annotations
 

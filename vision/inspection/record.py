@@ -80,8 +80,7 @@ class Result:
 
 def record_inspection(run: Run, connection: Connection, it: Result, p: PoseProblemParameters, *, full: bool) -> None:
     """Append the rows of an inspection within the transaction of `connection`: all, or unless `full` what was decided
-    without the views, correspondences, measurements and stereo matches that it rests on.  p: by which the views were
-    matched."""
+    without the views, correspondences, measurements and stereo matches that it rests on.  p: of matching views."""
     write = run.writer(connection)
     _record_verdict(write, it, record_rig(run, connection, it.rig))
     views = it.found.views if full else {}

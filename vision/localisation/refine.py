@@ -453,8 +453,7 @@ class Fit:
 
     def find_outliers(self, refined: RefinedPose) -> list[int]:
         """The occurrence whose removal, to first order, moves the pose furthest: one of those that determine it less
-        than the others together, and one of those that determine it more, unless most of what was found belongs to
-        it."""
+        than the others together, and one of those that determine it more, unless most was found of it."""
         m, hessian, _ = self._measured(refined)
         occurrence, group = np.unique(self.scene.occurrence_of_arc[refined.prediction.arc], return_inverse=True)
         if len(occurrence) < 2:

@@ -15,6 +15,7 @@ class DisplacementParameters:
     scale: float = 0.28  # scale of the robust loss (Geman and McClure), of the reach
     edge_px: float = 0.5  # px by which a stretch of an edge errs, one standard deviation: rounding, burr and response
     systematic_px: float = 0.27  # px by which all edges of a body may be drawn alike: the response is known no better
+    rim_px: float = 0.06  # px by which a bore's rim is drawn aside otherwise than other bores', one standard deviation
     tolerance_px: tuple[float, ...] = (0.4, 1.2)  # px within which an edge drawn well, and one drawn roughly, is found
     drawn: tuple[float, ...] = (0.75, 0.25)  # shares of the edges that are drawn so
     hidden_px: float = 2.0  # px within which what belongs to an edge of another body hides one
@@ -92,8 +93,7 @@ class PartParameters:
     coarse: int = 30  # samples of a piece in a camera by which places are chosen
     best: int = 6  # places from which least squares start
     sigma: tuple[float, ...] = (5.0, 5.0, 0.3, radians(6.0))
-    """standard deviations of where a piece lies: mm in its plane and out of it, for it sits on its neighbour, rad about
-    its normal"""
+    """standard deviations of where a piece lies: mm in its plane and out of it, rad about its normal"""
     least_log_odds: float = 4.0
     """log odds of there against in place, for all the places tried, and of turned against not"""
     sure_log_odds: float = 10.0  # log odds of its edges from which what a piece covers is not looked for
@@ -131,7 +131,7 @@ class StateParameters:
     least_moved_share: float = 0.05  # share of an item's edges that a surface must have to speak for it
     changed_sigma: float = 4.0
     """standard deviations by which a thickness must differ, or a bore lie aside, to count as changed; a diameter that
-    differs by so many has changed by whatever it is: of 370 that are as modelled none differs by more than 2.5"""
+    differs by so many has changed by whatever it is: of 108 that are as modelled none differs by more than 2.2"""
     changed_diameter_sigma: float = 3.5  # the same of a diameter, with `changed_mm`
     changed_mm: float = 0.8  # mm likewise: smaller differences are within the error of small bores and burrs
     doubtful_sigma: float = 3.0  # standard deviations from which a diameter or a thickness is doubtful

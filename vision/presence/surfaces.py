@@ -203,8 +203,7 @@ class FacePairs:
         return np.asarray(self.mm + self.sign * (moved[self.one] + moved[self.other]))
 
     def meet(self, moved: Floats, least: float) -> Ints:
-        """Pairs of surfaces (2, m), both ways, between which less than `least` mm would be left, or more than the part
-        can hold."""
+        """Pairs of surfaces (2, m), both ways, with less than `least` mm between, or more than the part holds."""
         size = self.sizes(moved)
         rows = np.flatnonzero((size < least) | (size > self.most))
         pairs = np.stack([self.one[rows], self.other[rows]])
@@ -286,10 +285,10 @@ def find_usable(samples: Samples, nearby: Nearby, owner: Ints) -> Bools:
 
 
 def measure_moved(
-    edges: EdgePredictions, surface: Ints, mm: Floats, p: PresenceParameters
+    edges: EdgePredictions, surface: Ints, mm: Floats, inward: Bools, p: PresenceParameters
 ) -> tuple[Displacement, Bools]:
     """Where surfaces (m,), ascending, lie, from and with all surfaces displaced outward by mm (s,), and which bend
-    around: only of these a shift in the plane of their normals, which the pose's error makes as well, is separated."""
+    around, a hollow where `inward` (s,): only of these a shift in the plane of their normals is separated."""
     samples, beside, count = edges.samples, edges.beside, len(surface)
     number = np.full(len(mm) + 1, -1)
     number[surface] = np.arange(count)
@@ -317,7 +316,29 @@ def measure_moved(
     # Edges nearer than the operator is wide draw each other aside, as the rim and the foot of a washer.
     crowded = are_crowded(samples, p.account.support, by_own=True)[sample]
     worse = 1 + (p.moved.crowded**2 - 1) * np.bincount(body, near * crowded, count) / total[:, 0]
-    return replace(found, covariance=found.covariance * worse[:, None, None]), closed
+    found = replace(found, covariance=found.covariance * worse[:, None, None])
+    px_per_mm = np.bincount(body, near * np.abs(rate), count) / total[:, 0]
+    return take_off_common(found, px_per_mm, closed & inward[surface], p.displacement), closed
+
+
+COMMON_PX = np.linspace(-1.5, 1.5, 61)  # by which light and response may draw the rims of all bores aside
+MOST_RIM_SIGMA = 3.0  # as which a rim counts at most against it: one that is resized lies far from the others
+
+
+def take_off_common(found: Displacement, px_per_mm: Floats, bores: Bools, p: DisplacementParameters) -> Displacement:
+    """Where bodies (m,) lie, bores less what the rims of all the others are drawn aside alike, in the mean."""
+    from scipy.special import softmax
+
+    rows = np.flatnonzero(bores & (px_per_mm > 0))
+    rate, x, covariance = px_per_mm[rows], found.x.copy(), found.covariance.copy()
+    own = np.maximum(covariance[rows, 3, 3] * rate**2 - p.systematic_px**2, 0.0) + p.rim_px**2
+    square = ((x[rows, 3] * rate)[:, None] - COMMON_PX) ** 2 / own[:, None]
+    cost = 0.5 * square / (1 + square / MOST_RIM_SIGMA**2)
+    likely = softmax(cost - cost.sum(axis=0) - 0.5 * (COMMON_PX / p.systematic_px) ** 2, axis=1)
+    common = likely @ COMMON_PX
+    x[rows, 3] -= common / rate
+    covariance[rows, 3, 3] = (own + likely @ COMMON_PX**2 - common**2) / rate**2
+    return replace(found, x=x, covariance=covariance)
 
 
 def seek_moved(
@@ -450,7 +471,7 @@ def assess_surfaces(
     )
     sought, log_odds = seek_moved(edges, count, cameras, opposed, p)
     there = np.flatnonzero(weight >= p.moved.least_distinct_px)
-    offsets, closed = measure_moved(edges, there, sought, p)
+    offsets, closed = measure_moved(edges, there, sought, inward, p)
     # A shadow runs along straight edges, and not all around a bore.
     open_mm = np.where(np.isin(np.arange(count), there[closed]), 0.0, sought)
     certain = log_odds >= p.moved.sure_log_odds

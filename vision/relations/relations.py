@@ -78,8 +78,7 @@ TOLERANCES = {
     "adjacent": Tolerance(30.0, 0.375, 0.45, FAR, 3.5),
     "surrounds": Tolerance(30.0, 0.375, 0.45, FAR, 3.5),
 }
-"""Concentric and surrounds are too rare to be measured (10 and 13 relations of partners): as equal_radius and
-adjacent."""
+"""Concentric and surrounds are too rare to be measured (10 and 13 of partners): as equal_radius and adjacent."""
 
 
 # Relations among the units of one picture or one predicted view: each a distance and an angle with their standard

@@ -67,8 +67,7 @@ def find_shared_points(greys: Mapping[str, Bytes | Floats], rig: Rig) -> SharedP
 
 
 def measure_agreement(rig: Rig, points: SharedPoints) -> Agreement:
-    """How well shared points lie along their epipolar lines by a rig of two cameras (Sampson's distance, Hartley and
-    Zisserman 11.4)."""
+    """How well shared points lie along epipolar lines of two cameras (Sampson, Hartley and Zisserman 11.4)."""
     cameras, poses = list(rig.cameras.values()), list(rig.rig_from_camera.values())
     other_from_one = inverse(poses[1]) @ poses[0]
     turn, base = other_from_one[:3, :3], other_from_one[:3, 3]

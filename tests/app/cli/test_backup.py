@@ -40,8 +40,7 @@ DIGEST = "SELECT '{0}', count(*), sum(hash(t)::HUGEINT) FROM \"{0}\" AS t"
 
 @cache  # of the store that both ways begin with
 def content(file: str) -> tuple[list[list[Any]], int]:
-    """How many rows each table has with a sum over the digests of all of them, in whatever order they lie; its rules;
-    answers; and how many columns have comments."""
+    """Rows of each table with a sum over their digests, in any order; rules; answers; columns with comments."""
     with duckdb.connect(file, read_only=True) as connection:
 
         def ask(question: str) -> list[Any]:

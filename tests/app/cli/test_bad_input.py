@@ -50,8 +50,7 @@ def counts(store: str) -> dict[str, int]:
 
 
 class Refuse:
-    """Gives the one sentence with which the command line refuses a call; the store is as it was, but for a run that
-    failed with that sentence where one had begun."""
+    """The one sentence with which the command line refuses a call; the store is as it was, but for a failed run."""
 
     KNOWN: ClassVar[dict[str, dict[str, int]]] = {}  # of the store: nobody else writes to it
 

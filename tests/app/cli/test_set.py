@@ -137,8 +137,7 @@ def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: Capsys) -> N
 
 
 def test_what_is_set_stays_with_what_stays(target: str, tmp_path: Path) -> None:
-    """Another load of the same content, or of another variant with the same part, keeps what was set of the part; the
-    next revision of a world keeps what was set of the world."""
+    """Another load of the same part keeps what was set of it; the next revision of a world what was set of that."""
     assert main(["set", "thing/left", "material", "Ti 6Al-4V", "--variant", "A", "--store", target]) == 0
     assert main(["set", "cell", "floor", "3", "--world", "--store", target]) == 0
     with Store.open(target) as store:

@@ -1,5 +1,4 @@
-"""Rigs in the formats of calibration programs: files made here by each program's own conventions, and files written by
-relmodel, give the numbers of one truth."""
+"""Rigs in the formats of calibration programs: files by their own conventions, and relmodel's, give one truth."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Pictures that ask to be turned, made by what the EXIF standard says of their first row and column, against the
-upright picture and against how OpenCV reads them."""
+"""Pictures that ask to be turned, made by the EXIF standard, against the upright one and OpenCV."""
 
 from __future__ import annotations
 

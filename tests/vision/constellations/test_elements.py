@@ -214,8 +214,7 @@ def test_scores_are_the_log_odds_that_loops_find() -> None:
 
 @pytest.mark.parametrize("wrong", [False, True])
 def test_a_fit_ends_where_no_step_lessens_the_distances(wrong: bool) -> None:
-    """Nine circles, the ellipse of one of which may be too far off to count fully; distances by Sampson, whose change
-    with what they are divided by is left out."""
+    """Nine circles, the ellipse of one of which may be too far off to count fully; by Sampson's distances."""
     model = before_the_camera(9, 4)
     found, of = ellipses_of(model)
     rng = np.random.default_rng(0)

@@ -172,8 +172,7 @@ MATRIX = tuple(f"m{i}{j}" for i in range(3) for j in range(4))
 
 
 def test_the_longest_straight_edges_of_an_object() -> None:
-    """Two places of a shape, each edge by the place's matrix; those that joints move, of other objects, smooth, curved
-    or short ones are left out."""
+    """Two places of a shape, each edge by the place's matrix; but not those that joints move or of other objects."""
     rng = np.random.default_rng(2)
     pose = {number: rng.normal(size=12) for number in range(4)}
     nodes: list[Row] = []

@@ -1,5 +1,4 @@
-"""What a valid picture can be: edges of any radius, length, lens and noise are found where they were drawn or left out,
-and nothing ends in an error."""
+"""What a valid picture can be: edges of any radius, length, lens and noise are found where they were drawn."""
 
 from __future__ import annotations
 

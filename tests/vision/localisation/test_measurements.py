@@ -1,5 +1,4 @@
-"""Measurements sample by sample, the cameras' unknowns against projections, and arcs that are shifted as a whole
-against the closed form of their mean."""
+"""Measurements sample by sample, the cameras' unknowns against projections, and arcs that are shifted as a whole."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""One rig at several standpoints: scipy's least squares by exact projections, draws of known size, and what is lost
-without any of it."""
+"""One rig at several standpoints: scipy's least squares by exact projections, draws of known size, and ablations."""
 
 from __future__ import annotations
 

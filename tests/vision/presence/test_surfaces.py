@@ -36,12 +36,14 @@ from vision.presence.surfaces import (
     measure_misfit,
     measure_moved,
     seek_moved,
+    take_off_common,
 )
 from vision.scene import StoredScene
 
 P = DEFAULTS
 NO_FACE, NO_MM = np.zeros(0, np.int64), np.zeros(0)
 NOT_OPPOSED = FacePairs(NO_FACE, NO_FACE, NO_FACE, NO_MM, NO_FACE, NO_MM)
+NONE_INWARD = np.zeros(2, bool)
 
 
 def weighed(
@@ -298,8 +300,26 @@ def test_what_has_another_edge_beside_it_is_known_half_as_well() -> None:
     two = np.arange(190) % 2
     pixel = edges.samples.pixel + 1.5 * two[:, None] * edges.samples.normal[:, 1, :2]
     beside = replace(edges, samples=replace(edges.samples, arc=two, pixel=pixel))
-    alone, crowded = (measure_moved(it, np.array([1]), np.zeros(2), P)[0].covariance for it in (edges, beside))
+    alone, crowded = (
+        measure_moved(it, np.array([1]), np.zeros(2), NONE_INWARD, P)[0].covariance for it in (edges, beside)
+    )
     np.testing.assert_allclose(crowded, 4 * alone)
+
+
+def test_bores_are_measured_against_what_draws_all_others_aside() -> None:
+    """Twelve bores by three px a mm, one of them wider: the change stays, and one alone keeps what it has."""
+    rng, z, wider, every = np.random.default_rng(0), [], np.append(0.7, np.zeros(11)), np.ones(12, bool)
+    covariance = np.tile(np.eye(4) * (0.1**2 + D.systematic_px**2) / 9, (12, 1, 1))
+    for _ in range(200):
+        px = rng.normal(0, D.systematic_px) + rng.normal(0, np.hypot(0.1, D.rim_px), 12)
+        given = Displacement(np.pad((wider + px / 3)[:, None], [(0, 0), (3, 0)]), covariance, np.ones(12))
+        found = take_off_common(given, np.full(12, 3.0), every, D)
+        z.append((found.x[:, 3] - wider) / np.sqrt(found.covariance[:, 3, 3]))
+    assert np.sqrt(found.covariance[:, 3, 3]).max() < 0.06  # .1 by itself
+    assert np.abs(np.std(z, axis=0) - 1).max() < 0.2
+    one = take_off_common(given, np.full(12, 3.0), np.arange(12) == 3, D)
+    np.testing.assert_allclose(one.x, given.x, atol=1e-9)
+    np.testing.assert_allclose(one.covariance[3, 3, 3], covariance[3, 3, 3] + D.rim_px**2 / 9, rtol=1e-3)
 
 
 @pytest.mark.parametrize("half", [False, True])
@@ -307,9 +327,8 @@ def test_only_what_bends_around_is_shifted_aside(half: bool) -> None:
     """Of half a rim a shift and a width are not told apart: all is taken for a displacement outward."""
     edges, _ = rim(np.array([0.3, 0.0]), 0.0)
     weight = np.where(half & (np.arange(190) >= 95), 0.0, 1.0)
-    found, closed = measure_moved(
-        replace(edges, beside=replace(edges.beside, weight=weight)), np.array([1]), np.zeros(2), P
-    )
+    weighted = replace(edges, beside=replace(edges.beside, weight=weight))
+    found, closed = measure_moved(weighted, np.array([1]), np.zeros(2), NONE_INWARD, P)
     assert closed.tolist() == [not half]
     if half:
         assert np.abs(found.x[0, :3]).max() < 0.01

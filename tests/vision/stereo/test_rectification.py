@@ -76,8 +76,7 @@ def test_impossible_rigs_are_refused() -> None:
 
 
 def test_the_pair_that_overlaps_most_is_chosen() -> None:
-    """Parallel cameras in a row see the less in common the farther they are apart; of those alike the first counts, and
-    there is no pair in cameras that look away from each other."""
+    """Cameras in a row see less in common farther apart; of those alike the first counts, of none that look away."""
     camera = toed_in_rig().cameras["left"]
 
     def row(**x_mm: float) -> Rig:

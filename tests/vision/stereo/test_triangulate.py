@@ -116,8 +116,7 @@ def fit_one(points: Floats, planes: DisparityPlanes) -> Conics:
 
 def circle_on(value: Floats, points: Floats) -> Floats:
     """Centre, normal, radius (7,) of the circle that another library puts through points on a plane of disparity, and
-    their mean square distance, then the covariance (3, 3) of the centre on the plane and radius for unit noise, in
-    space."""
+    their mean square distance, then the covariance (3, 3) of the centre on the plane and radius for unit noise."""
     d = np.column_stack([points - [30, -20], np.ones(len(points))]) @ value
     space = place(points[:, 0], points[:, 1], d).T
     middle = space.mean(axis=0)
