@@ -33,6 +33,7 @@ BACKGROUND_CELLS = 40.0  # weight of the whole picture's share in it
 BLOCK_PX = 16.0  # side of the blocks in which it is counted
 BORDER_PX = 6.0  # along the picture's border in which no edge can be found
 MIN_GREY_RANGE = 16.0  # least range that contrasts are related to
+BLOOM_PX = 0.3  # by which light beyond white draws an arc's edges aside, one standard deviation
 BRIGHTEST, GLARE_PX = 250.0, 9  # grey from which nothing is brighter; side of a square of it that shows no edge
 
 
@@ -72,7 +73,7 @@ def collect_edge_points(picture: Primitives, camera: Camera, grey: Bytes | Float
     elements = picture.elements
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)
-    sigma = elements.sigma
+    sigma = np.hypot(elements.sigma, BLOOM_PX * np.append(picture.arcs.highlight, 0.0)[elements.arc])  # -1: of none
     if not camera.is_pinhole:
         # Normals turn as gradients do; the scale across is one over how the gradient grows.
         position, jacobian = camera.undistort_with_jacobians(position)

@@ -70,10 +70,10 @@ def lines(camera: Camera, plain: Floats, along: Floats) -> Primitives:
     across = (see(plain + h * side) - see(plain - h * side)) / (2 * h)
     sigma = 0.5 * np.einsum("ni,ni->n", across, normal)
     at = see(plain)
-    elements = SimpleNamespace(
-        x=at[:, 0], y=at[:, 1], nx=normal[:, 0], ny=normal[:, 1], contrast=np.full(len(at), 50.0), sigma=sigma
-    )
-    return cast(Primitives, SimpleNamespace(elements=elements, grey_range=200.0))
+    own = {"contrast": np.full(len(at), 50.0), "sigma": sigma, "arc": np.arange(len(at)) % 3 - 1}
+    elements = SimpleNamespace(x=at[:, 0], y=at[:, 1], nx=normal[:, 0], ny=normal[:, 1], **own)
+    arcs = SimpleNamespace(highlight=np.array([0.0, 0.5]))
+    return cast(Primitives, SimpleNamespace(elements=elements, arcs=arcs, grey_range=200.0))
 
 
 @pytest.mark.parametrize("count", [5, 14])
@@ -92,7 +92,8 @@ def test_edges_of_straight_lines_are_straight_again(count: int, monkeypatch: pyt
     assert edges.can_show(plain).all()
     np.testing.assert_allclose(edges.position, plain, atol=1e-9)
     np.testing.assert_allclose(edges.normal, np.stack([along[:, 1], -along[:, 0]], axis=1), atol=1e-7)
-    np.testing.assert_allclose(edges.sigma, 0.5, atol=1e-7)
+    aside = np.where(np.arange(300) % 3 == 2, 0.15 * 0.5 / picture.elements.sigma, 0.0)  # .3 px by light beyond white
+    np.testing.assert_allclose(edges.sigma, np.hypot(0.5, aside), atol=1e-7)
 
 
 @pytest.mark.parametrize("count", [0, 5])
@@ -102,9 +103,8 @@ def test_light_hides_edges_where_all_about_them_is_as_bright_as_can_be(count: in
     y, x = np.mgrid[:480, :640]
     away = np.hypot(x - 150, y - 120)
     plain = np.random.default_rng(1).uniform([20, 20], [620, 460], (2000, 2))
-    edges = collect_edge_points(
-        lines(camera, plain, np.tile([1.0, 0], (2000, 1))), camera, np.where(away < 80, 250, 99)
-    )
+    picture = lines(camera, plain, np.tile([1.0, 0], (2000, 1)))
+    edges = collect_edge_points(picture, camera, np.where(away < 80, 250, 99))
     ideal = np.column_stack([camera.normalise(plain), np.ones(2000)])
     rim = 80 - np.hypot(*(camera.project(ideal)[0] - (150, 120)).T)
     hidden = ~edges.can_show(plain)
