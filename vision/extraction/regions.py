@@ -28,8 +28,7 @@ def draw_edge_mask(
 ) -> Bools:
     """Pixels of the edges, 8-connected: chains with their bridges, prolonged to the border where that is near; arcs,
     whose ends are closed, from there on.  Free ends of straight arcs that meet no other and are not known to be
-    doubtful are prolonged to the next edge, as far as the arc is long, up to `p.line_reach` px: where an edge loses its
-    contrast it still runs on."""
+    doubtful are prolonged to the next edge, as far as the arc is long, up to `p.line_reach` px."""
     import cv2
 
     canvas = np.zeros(shape, np.uint8)

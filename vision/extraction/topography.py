@@ -70,8 +70,7 @@ def label_topography(grey: Floats, noise: Floats, p: TopographyParameters = _DEF
 
 
 def mark_inflections(labels: Bytes, pixels: Ints32) -> None:
-    """Make inflections of the `pixels` (row * columns + column) of edges where no stronger label (peak, pit, saddle,
-    ridge, ravine) holds."""
+    """Make inflections of the `pixels` (row * columns + column) of edges where no stronger label (to ravine) holds."""
     flat = labels.reshape(-1)
     flat[pixels[flat[pixels] > _RAVINE]] = LABELS.index("inflection")
 

@@ -573,8 +573,7 @@ def climb(
 
 
 def gather_evidence(prediction: Prediction, fields: Fields, delta: Floats) -> Floats:
-    """The evidence (k, a) of each image of an arc at perturbations (k, 6) of the pose that a prediction is of: the sum
-    over its samples, weighted."""
+    """The evidence (k, a) of each arc's image at perturbations (k, 6) of a prediction's pose: its samples' sum."""
     from vision.localisation import kernels
 
     out = np.zeros((len(delta), len(prediction.view_of_image)))

@@ -133,8 +133,7 @@ def _score_displaced(
 
 
 def score_offsets(offset: Floats, sigma: Floats, found: Ints) -> Floats:
-    """Log odds (n,) of how far off (px) edges of that standard deviation were found, against anywhere within reach;
-    zero where none was (-1)."""
+    """Log odds (n,) of how far off (px) edges of that sigma were found, against anywhere in reach; 0: none (-1)."""
     own, stray = np.hypot(OFFSET_PX, sigma), STRAY_SHARE
     near = np.exp(-0.5 * (offset / own) ** 2) / (own * np.sqrt(2 * np.pi))
     odds = np.log(stray + (1 - stray) * near * 2 * ROUNDS[-1][0])

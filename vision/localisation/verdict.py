@@ -394,8 +394,7 @@ _OTHERWISE = {
 
 
 def find_misfit(rig: Rig, shown: Shown) -> Misfit | None:
-    """What of the cameras' unknowns, as pictures show them, lies most standard deviations from the rig's file; None
-    where all is exact."""
+    """What of the cameras' unknowns, as pictures show them, lies most sigmas from the rig's file; None if exact."""
     unknowns = describe_unknowns(rig)
     known = unknowns.sigma > CALIBRATION_PX * np.isin(UNKNOWNS, ["centre_u", "centre_v"])
     known[:, RESPONSE] = False

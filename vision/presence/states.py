@@ -397,7 +397,9 @@ def assess(
     moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
     usable = find_usable(samples, it.nearby, support.owner)
     beside = BodyElements(it.nearby.first, it.nearby.offset, usable, support.weight)
-    edges = EdgePredictions(samples, moving, beside, runs, it.nearby.contrast * it.nearby.offset > 0)
+    square = np.concatenate([index.edges.sigma for index in indexes])[it.nearby.element] ** 2
+    drawn = np.bincount(it.nearby.sample, square, len(samples.run)) / np.maximum(np.diff(it.nearby.first), 1)
+    edges = EdgePredictions(samples, moving, beside, runs, it.nearby.contrast * it.nearby.offset > 0, drawn)
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
     greys = [seen.greys[name] for name in rig.cameras]

@@ -129,8 +129,7 @@ def fit(
 @dataclass(frozen=True)
 class MovingSurfaces:
     """What carries samples along, as columns, sorted by surface, run and sample: sample; side: of its two surfaces the
-    one through which it is carried; surface: the scene's that carries; rate: px along the image normal for each mm that
-    the surface moves outward."""
+    one through which it is carried; surface: the scene's that carries; rate: px along the image normal a mm outward."""
 
     sample: Ints
     side: Ints
@@ -267,13 +266,15 @@ SHADED_PX = 2.0  # within which an element lies where a displaced edge does
 @dataclass(frozen=True)
 class EdgePredictions:
     """The predicted edges, the surfaces that carry them, and the elements beside them: usable by `find_usable`; shaded
-    (e,): whether what lies between element and prediction is darker than what lies beyond."""
+    (e,): whether what lies between element and prediction is darker than what lies beyond; drawn (n,): square of the px
+    by which light beyond white may draw what lies beside each sample outward."""
 
     samples: Samples
     moving: MovingSurfaces
     beside: BodyElements
     runs: EdgeRuns
     shaded: Bools
+    drawn: Floats
 
 
 def find_usable(samples: Samples, nearby: Nearby, owner: Ints) -> Bools:
@@ -318,7 +319,10 @@ def measure_moved(
     worse = 1 + (p.moved.crowded**2 - 1) * np.bincount(body, near * crowded, count) / total[:, 0]
     found = replace(found, covariance=found.covariance * worse[:, None, None])
     px_per_mm = np.bincount(body, near * np.abs(rate), count) / total[:, 0]
-    return take_off_common(found, px_per_mm, closed & inward[surface], p.displacement), closed
+    drawn = np.bincount(body, near * edges.drawn[sample], count) / total[:, 0]
+    bores = closed & inward[surface]  # which are drawn alike
+    found.covariance[:, 3, 3] += np.where(bores, 0.0, drawn / np.maximum(px_per_mm, 1e-9) ** 2)
+    return take_off_common(found, px_per_mm, bores, p.displacement), closed
 
 
 COMMON_PX = np.linspace(-1.5, 1.5, 61)  # by which light and response may draw the rims of all bores aside

@@ -186,7 +186,7 @@ def rim(shift: Floats, wider: float, noise: float = 0.0) -> tuple[EdgePrediction
     )  # fmt: skip
     support = SampleSupport(found, np.ones(n), np.full(n, 0.05), np.ones(n), np.full(n, -1))
     moving = find_moving_surfaces(samples, (np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3))))
-    return EdgePredictions(samples, moving, beside, runs, np.zeros(n, bool)), support
+    return EdgePredictions(samples, moving, beside, runs, np.zeros(n, bool), np.zeros(n)), support
 
 
 def assessed(edges: EdgePredictions) -> SceneSurfaces:
@@ -300,10 +300,10 @@ def test_what_has_another_edge_beside_it_is_known_half_as_well() -> None:
     two = np.arange(190) % 2
     pixel = edges.samples.pixel + 1.5 * two[:, None] * edges.samples.normal[:, 1, :2]
     beside = replace(edges, samples=replace(edges.samples, arc=two, pixel=pixel))
-    alone, crowded = (
-        measure_moved(it, np.array([1]), np.zeros(2), NONE_INWARD, P)[0].covariance for it in (edges, beside)
-    )
-    np.testing.assert_allclose(crowded, 4 * alone)
+    lit = replace(edges, drawn=np.full(190, 9.0))  # px^2, at 3 px a mm
+    each = [measure_moved(it, np.array([1]), np.zeros(2), NONE_INWARD, P)[0].covariance for it in (edges, beside, lit)]
+    np.testing.assert_allclose(each[1], 4 * each[0])
+    np.testing.assert_allclose(each[2] - each[0], np.diag([0, 0, 0, 1])[None], atol=1e-9)
 
 
 def test_bores_are_measured_against_what_draws_all_others_aside() -> None:
@@ -403,7 +403,7 @@ def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
     moving = find_moving_surfaces(samples, (NO_FACE, NO_FACE, np.zeros((0, 3))))
     usable = find_usable(samples, nearby, support.owner)
     beside = BodyElements(nearby.first, nearby.offset, usable, support.weight)
-    return EdgePredictions(samples, moving, beside, runs, nearby.contrast * nearby.offset > 0)
+    return EdgePredictions(samples, moving, beside, runs, nearby.contrast * nearby.offset > 0, 0.0 * support.weight)
 
 
 @pytest.mark.parametrize(
