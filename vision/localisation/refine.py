@@ -50,7 +50,7 @@ MAX_PRIOR_SHARE = 0.8  # of the prior's variance, where most is left, from which
 TEMPER = 0.2  # by which differences of evidence are multiplied, for neighbouring edges err together
 SUSPECT_SIGMA = 0.5  # to first order from which a part is left out on trial: robust weights hide most of a shift
 USUAL_ARCS = 4.0  # arcs as which the usual ARC_SHIFT_PX counts
-HALVES, HALVES_SAMPLES, HALVES_ROUNDS = 16, 1500, (ROUNDS[0], ROUNDS[2])  # draws of halves, on how much, by what rounds
+HALVES, HALVES_SAMPLES, HALVES_ROUNDS = 16, 500, (ROUNDS[0], ROUNDS[2])  # draws of halves, on how much, by what rounds
 
 
 def compute_covariance(
