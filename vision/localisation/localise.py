@@ -326,8 +326,8 @@ def localise(
     best, standing = join_near(hypotheses, standing, needs)
     several = rig.cameras if len(rig.cameras) > 1 else ()
     single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in several}
-    if rig.moved is not None:
-        best = min(best, solver._outline(solver.fit.resolve(best, single)), key=lambda h: h.cost)
+    if rig.moved is not None and single and (again := solver.fit.resolve(best, single)) is not best:
+        best = min(best, solver._outline(again), key=lambda h: h.cost)
     hypotheses[0] = best = solver.fit.show(best)
     equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None])[1:]]
     solved = correct_rig(rig, best.camera_unknowns)

@@ -386,9 +386,9 @@ class Fit:
         return self._begun[key]
 
     def resolve(self, refined: RefinedPose, alone: Mapping[str, RefinedPose]) -> RefinedPose:
-        """A pose solved again from where each standpoint's camera stands alone, if some see more there: least squares
-        left them at neighbouring edges."""
-        if sum(h.evidence for h in alone.values()) < refined.evidence + LEAST_GAIN:
+        """A pose solved again from where each standpoint's camera stands alone, if one of them sees more there: least
+        squares left it at a neighbouring edge."""
+        if max(h.evidence - own for h, own in zip(alone.values(), refined.support.by_camera, strict=True)) < LEAST_GAIN:
             return refined
         self.begin(refined.world_from_rig, alone)
         again = self.solve(refined.world_from_rig, refined.excluded, NEAR_ROUNDS)

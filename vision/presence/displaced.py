@@ -184,7 +184,7 @@ class Measures(Rows):
     """Measured sizes of items, as columns: item; other: the item to which a distance is measured, else NONE; what:
     diameter, thickness, width (between walls of a pocket), offset (how far outward a surface lies), shift (how far
     aside the middle of a bore lies), distance (from it to a neighbour), of parts that lie elsewhere displacement, dx,
-    dy, dz (mm along the world's axes) and turn (degrees); nominal, value, sigma: in `unit_of(what)`; changed or not."""
+    dy, dz (mm along the world's axes) and turn (degrees); nominal, value, sigma in `unit_of(what)`; changed: surely."""
 
     item: Ints
     other: Ints

@@ -266,8 +266,8 @@ SHADED_PX = 2.0  # within which an element lies where a displaced edge does
 @dataclass(frozen=True)
 class EdgePredictions:
     """The predicted edges, the surfaces that carry them, and the elements beside them: usable by `find_usable`; shaded
-    (e,): whether what lies between element and prediction is darker than what lies beyond; drawn (n,): square of the px
-    by which light beyond white may draw what lies beside each sample outward."""
+    (e,): whether what lies between element and prediction is darker than what lies beyond; drawn (n,): variance
+    (px^2) of those beside each sample, which is great where they border on white."""
 
     samples: Samples
     moving: MovingSurfaces
@@ -289,7 +289,8 @@ def measure_moved(
     edges: EdgePredictions, surface: Ints, mm: Floats, inward: Bools, p: PresenceParameters
 ) -> tuple[Displacement, Bools]:
     """Where surfaces (m,), ascending, lie, from and with all surfaces displaced outward by mm (s,), and which bend
-    around, a hollow where `inward` (s,): only of these a shift in the plane of their normals is separated."""
+    around, a hollow where `inward` (s,): only of these a shift in the plane of their normals, which the pose's error
+    makes as well, is separated."""
     samples, beside, count = edges.samples, edges.beside, len(surface)
     number = np.full(len(mm) + 1, -1)
     number[surface] = np.arange(count)

@@ -26,7 +26,7 @@ TILTS = np.radians([[0, 0, 0], [25, 0, 0], [-14, 22, 5], [0, -25, 10]])
 
 
 def stand(seed: int, moved: float = 0.0, sigma: Floats = SIGMA) -> tuple[Fit, Rig, list[Floats]]:
-    """Least squares of blocks seen from four standpoints, that err by `sigma`, the last by `moved` more; as it was."""
+    """Least squares of blocks from four standpoints off by `sigma`, the last by `moved` more; the true rig; errors."""
     rng, rig = np.random.default_rng(seed), stereo_rig().only("left")
     rig = replace(rig, sigma={"left": CalibrationSigma(0.001, 0.3)})
     turns = [np.vstack([np.column_stack([rotation_matrix(tilt), np.zeros(3)]), [0, 0, 0, 1]]) for tilt in TILTS]

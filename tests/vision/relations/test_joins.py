@@ -131,7 +131,7 @@ def places(rows: ProblemRows) -> dict[tuple[int, int], Floats | None]:
 
 def less_likely_places(one: Floats, other: Floats) -> float:
     """By how many nats the difference of two places, in standard deviations, is less likely than none: the density of
-    the normal distribution that the pose's covariance gives it, against that of two strange places."""
+    the normal distribution that the pose's covariance gives it, against that of two unrelated places."""
     variance = [place[1] ** 2 + place[2:] @ place[2:] for place in (one, other)]
     correlation = one[2:] @ other[2:] / math.sqrt(variance[0] * variance[1])
     sign = -1.0 if correlation < 0 else 1.0

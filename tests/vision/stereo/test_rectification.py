@@ -76,7 +76,7 @@ def test_impossible_rigs_are_refused() -> None:
 
 
 def test_the_pair_that_overlaps_most_is_chosen() -> None:
-    """Cameras in a row see less in common farther apart; of those alike the first counts, of none that look away."""
+    """Cameras in a row see less in common farther apart; of those alike the first counts; of those apart none."""
     camera = toed_in_rig().cameras["left"]
 
     def row(**x_mm: float) -> Rig:
