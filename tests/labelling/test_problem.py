@@ -43,7 +43,7 @@ RESULT = MatchingResult("dual_ascent", np.array([2, -1, -1, -1, 1]), 94, 94, OPT
 
 
 def test_rows_of_a_result() -> None:
-    """No candidate, no neighbour, or one label of two units confirms nothing; of a pair given twice the greater counts."""
+    """No candidate, no neighbour, or one label of two units confirms nothing; of a pair twice given the greater."""
     rows = {name: {c: np.ma.filled(v, -9).tolist() if isinstance(v, np.ndarray) else v for c, v in table.items()}
             for name, table in result_rows(PROBLEM, RESULT).items()}  # fmt: skip
     assert rows["problem"] == {"injective": [True], "status": ["optimal"], "cost": [94.0], "bound": [94.0]}
