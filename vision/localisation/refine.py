@@ -50,7 +50,7 @@ MAX_PRIOR_SHARE = 0.8  # of the prior's variance, where most is left, from which
 TEMPER = 0.2  # by which differences of evidence are multiplied, for neighbouring edges err together
 SUSPECT_SIGMA = 0.5  # to first order from which a part is left out on trial: robust weights hide most of a shift
 USUAL_ARCS = 4.0  # arcs as which the usual ARC_SHIFT_PX counts
-HALVES, HALVES_SAMPLES, HALVES_ROUNDS = 16, 500, (ROUNDS[0], ROUNDS[2])  # draws of halves, on how much, by what rounds
+HALVES, HALVES_SAMPLES, HALVES_ROUNDS = 16, 500, (ROUNDS[0], ROUNDS[2])  # draws, samples a camera, and rounds
 
 
 def compute_covariance(
@@ -304,7 +304,7 @@ class Fit:
         edges altogether, as of a print, they hold the pose wherever that is, and nothing at it tells."""
         pose, rng = refined.world_from_rig, np.random.default_rng(self.seed)
         p, laid = self.predict(pose, refined.solved)
-        p = p.take(np.arange(0, len(p.point), 1 + len(p.point) // HALVES_SAMPLES))
+        p = p.take(np.arange(0, len(p.point), 1 + len(p.point) // (HALVES_SAMPLES * len(self.cameras))))
         own = ~refined.excluded[self.scene.occurrence_of_arc[p.arc]]
         for _ in range(HALVES):
             votes, end = own & (rng.random(len(p.view_of_image)) < 0.5)[p.image_of_arc], (np.zeros(6), refined.solved)
