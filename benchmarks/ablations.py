@@ -7,8 +7,7 @@ their truth and without one, and as many single pictures of bodies without circl
 off. `join off`: no relations of circles or straight edges start a pose; `scan off`: no prior's volume is scanned where
 the join explains too little; `account off`: nothing tells rivals apart but the sum of edges. `right`: accepted within
 .1 mm and .02 degrees of the truth, at a point 700 mm before the rig (of single pictures 5 mm and 2 degrees, as they
-need); `wrong`: accepted and farther than 20 times that (twice); `decided`: parts, features and surfaces that are
-confirmed or found to differ."""
+need); `wrong`: accepted and farther than 20 times that (twice); `decided`: items that are confirmed or differ."""
 
 from __future__ import annotations
 

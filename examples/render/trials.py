@@ -4,8 +4,7 @@
 
 Trials are those of `trials.csv`, in its order; one whose truth lies in FOLDER (`examples/trials`, which git ignores) is
 left alone, so a run can be broken off and taken up again.  `--count` takes the first N of each kind.  Run from the root
-of a checkout, with the extra `render` and DRJIT_LIBLLVM_PATH=/path/to/libLLVM.so.19.1; `--data-only` writes all but the
-pictures and needs neither."""
+of a checkout, with the extra `render` and DRJIT_LIBLLVM_PATH=/path/to/libLLVM.so.19.1; `--data-only`: no pictures."""
 
 from __future__ import annotations
 

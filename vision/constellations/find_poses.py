@@ -280,8 +280,7 @@ def find_poses(
     weighed by how rare their pairs are, are scored on some of the scene's points, the best of these fitted to the
     model's arcs and scored on more.  Where the model repeats itself about the best, the shifted poses are looked at
     too.  Poses far from a prior are dropped.  The scores of the poses are the shares of what stereo puts in space that
-    lies on the model's arcs; the poses are perturbations of the prior, where none is given of an open one at the
-    best."""
+    lies on the model's arcs; the poses are perturbations of the prior, or of an open one at the best."""
     points = sample_scene(space)
     arcs = scene.once("model arcs", lambda: ModelArcs(scene))
     poses, share, name = np.zeros((0, 4, 4)), np.zeros(0), "join"

@@ -123,10 +123,10 @@ class StateParameters:
     least_log_odds: float = 3.0  # log odds, either way, from which a state is more than undecided: 20 to 1
     least_expected: float = 2.0  # log odds expected of what is there, below which missing edges say nothing
     contradicted_log_odds: float = 7.0  # log odds from which another thing must be there: 1000 to 1
-    contradicted_within: float = 4.0
-    """the same of a hole, a boss, a rib or the like that shows nothing of its edges: of 1175 such that are there two
-    are told so falsely, and none other lies within 2 of the limit"""
-    contradicted_by_share: float = 40.0  # more of these by the share of its edges that is found all the same
+    contradicted_within: float = 5.0
+    """the same of a hole, a boss, a rib or the like that shows nothing of its edges: of 1983 such that are there none
+    is told so, and one lies within 1 of the limit"""
+    contradicted_by_share: float = 16.0  # more of these by the share of its edges that is found all the same
     most_share: float = 0.3  # share of all edges in view from which a part is what the pose depends on
     least_moved_share: float = 0.05  # share of an item's edges that a surface must have to speak for it
     changed_sigma: float = 4.0

@@ -281,10 +281,13 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     stopped = np.isin(np.arange(len(items)), appearance.item[appearance.stopped])
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
     # No hole passes with a wall whose edges should show and do not, no part with a feature that fails or is in doubt.
-    unseen, fails = face & (state == NOT_CONFIRMED) & (reason == MISSING), (CHANGED, CONTRADICTED)
-    wall = items.inset[items.surface] & np.isin(items.surface, items.surface[unseen[items.member]])
-    of_wall = np.bincount(items.member, wall, len(items)) > 0
-    settle(feature & of_wall & (state == CONFIRMED), NOT_CONFIRMED, ABSENT)
+    unseen, fails = (reason == MISSING) & (state == NOT_CONFIRMED), (CHANGED, CONTRADICTED)
+    partly = (reason == DIVIDED) & (state == UNDECIDABLE) & (expected >= p.least_log_odds)
+    hole = np.char.endswith(np.array(items.kind, str), "hole")  # a boss or duct hides some walls
+    for some, of, *told in ((partly, hole, UNDECIDABLE, DIVIDED), (unseen, feature, NOT_CONFIRMED, ABSENT)):
+        wall = items.inset[items.surface] & np.isin(items.surface, items.surface[(face & some)[items.member]])
+        of_wall = np.bincount(items.member, wall, len(items)) > 0
+        settle(of & of_wall & (state == CONFIRMED), *told)
     of_feature = [items.occurrence[feature & np.isin(state, some)] for some in ((NOT_CONFIRMED,), fails)]
     in_doubt, failing = (part & np.isin(items.occurrence, some) for some in of_feature)
     settle(in_doubt & (state == CONFIRMED), NOT_CONFIRMED, OF_DOUBT)

@@ -367,8 +367,7 @@ def estimate_range(
 ) -> DisparityRange:
     """The range from the pair itself: at each place the disparities of the nearest trusted pairs of arcs, widened.
 
-    A repeated pattern matches itself at several shifts.  The rows propose some; the one is taken that most pairs of
-    arcs agree on."""
+    A repeated pattern matches itself at several shifts: that is taken on which most pairs of arcs agree."""
     at = np.column_stack([first.crossings.x, first.crossings.row])
     most = rectification.focal / p.nearest_baselines
 
