@@ -8,9 +8,8 @@ as variants of `demo`, and two small objects.  Pictures are those of the first N
 and the small objects that `examples/render/trials.py` wrote below FOLDER, which are nothing that the store holds.
 `right`: the answer names what is there, alone or among look-alike variants, or names nothing where nothing is.
 `score`, `next`: what the best poses of the joins of two objects explain, of a pair the share of what stereo put in
-space, of one picture the log odds of its ellipses; `rank`: place of the truth among the poses of the join of what is
-answered, within 10 mm and 2 degrees; the error is that of the pose, at a point 700 mm before the rig.  --hide leaves
-.48 of each picture, or lays light over .4 to .5 of it."""
+space, of one picture the log odds of its ellipses; `rank`: of the truth among the join's poses of what is answered,
+within 10 mm and 2 degrees; the error: at a point 700 mm before the rig.  --hide leaves .48 or lights .4 to .5."""
 
 from __future__ import annotations
 
@@ -45,7 +44,7 @@ from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.bulk import fetch_columns
-from vision.cameras.cameras import Rig
+from vision.cameras.cameras import CalibrationSigma, Rig
 
 HEADERS = (
     "pictures", "cameras", "verdict", "right", "shown", "alike", "score", "next", "rank", "mm", "degrees", "cpu s",
@@ -59,6 +58,7 @@ LOADED = {
     ("assembly", ""): "step/as1-tu-203.stp",
     ("screw", ""): "step/screw.step",
 }
+CALIBRATED = CalibrationSigma(0.0002, 0.2, 0.02, 5e-5)  # as a good file says: .3 px of 1,500, .2 px, .02 mm, .003 deg
 THERE = {  # what a model of the trials is called here
     "shared_A": ("bulkhead", "A"),
     "shared_B": ("bulkhead", "B"),
@@ -127,6 +127,7 @@ def _inspect(store: Store, models: Models, trial: Trial, seen: tuple[str, ...]) 
     rig = Rig(
         {name: trial.rig.cameras[side] for name, side in sides.items()},
         {name: inverse(poses[seen[0]]) @ poses[side] for name, side in sides.items()},
+        dict.fromkeys(sides, CALIBRATED),
     )
     files = {name: trial.files[side] for name, side in sides.items()}
     true = inverse(placed) @ trial.world_from_rig @ poses[seen[0]]

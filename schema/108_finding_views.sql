@@ -93,6 +93,20 @@ SELECT a.run_id, a.item_no, b.lead_no
 FROM lead AS a
 JOIN lead AS b ON b.run_id = a.run_id AND b.item_no = a.lead_no;
 
+CREATE VIEW difference_limit (  -- localisation: How far measured sizes must differ from the model's to be changed.
+    run_id,  -- the run
+    measure_no,  -- the size
+    least_difference  -- how far it must differ; null of sizes that odds decide
+) AS
+SELECT m.run_id, m.measure_no,
+    CASE WHEN m.what = 'diameter' THEN least(greatest(t.value, d.value * m.sigma), k.value * m.sigma)
+        WHEN m.what IN ('shift', 'thickness', 'width') THEN greatest(t.value, k.value * m.sigma) END AS least_difference
+FROM measured_size AS m
+LEFT JOIN threshold AS t ON t.run_id = m.run_id AND t.decision = 'presence'
+    AND t.name = CASE m.what WHEN 'thickness' THEN 'states.changed_wall_mm' ELSE 'states.changed_mm' END
+LEFT JOIN threshold AS k ON k.run_id = m.run_id AND k.decision = 'presence' AND k.name = 'states.changed_sigma'
+LEFT JOIN threshold AS d ON d.run_id = m.run_id AND d.decision = 'presence' AND d.name = 'states.changed_diameter_sigma';
+
 CREATE VIEW finding (  -- localisation: What is not as modelled, each physical thing once, the worst first, with the size that says so and what a person decided.
     run_id,  -- the run
     finding_no,  -- ordinal in the run, from 1, the worst first
@@ -138,15 +152,11 @@ SELECT p.run_id,
             greatest(-p.log_odds, coalesce(p.moved_log_odds, 0)) DESC, p.item_no) AS finding_no,
     p.item_no, p.path, p.level, p.occurrence_id, p.feature_no, p.state, p.reason,
     greatest(-p.log_odds, coalesce(p.moved_log_odds, 0)) AS evidence, m.what, m.nominal, m.value, m.sigma, m.unit,
-    CASE WHEN m.what IN ('diameter', 'shift', 'thickness', 'width') THEN greatest(t.value, k.value * m.sigma) END AS least_difference,
-    g.together, d.decision, d.decided_by, d.note, r.began_at AS decided_at
+    l.least_difference, g.together, d.decision, d.decided_by, d.note, r.began_at AS decided_at
 FROM grouped AS g
 JOIN presence AS p ON p.run_id = g.run_id AND p.item_no = g.lead_no
 LEFT JOIN ranked AS m ON m.run_id = p.run_id AND m.item_no = p.item_no AND m.place = 1
-LEFT JOIN threshold AS t ON t.run_id = p.run_id AND t.decision = 'presence'
-    AND t.name = CASE m.what WHEN 'thickness' THEN 'states.changed_wall_mm' ELSE 'states.changed_mm' END
-LEFT JOIN threshold AS k ON k.run_id = p.run_id AND k.decision = 'presence'
-    AND k.name = CASE m.what WHEN 'diameter' THEN 'states.changed_diameter_sigma' ELSE 'states.changed_sigma' END
+LEFT JOIN difference_limit AS l ON l.run_id = m.run_id AND l.measure_no = m.measure_no
 LEFT JOIN current_decision AS d ON d.inspection_run_id = p.run_id AND d.item_no = p.item_no
 LEFT JOIN run AS r ON r.id = d.run_id;
 

@@ -208,8 +208,7 @@ def reach(mounted: MountedRig, poses: Floats) -> list[dict[str, float] | None]:
     """Joints (rad, mm, within their limits) that bring a mounted rig to each of some poses (n, 4, 4); None where none
     were found.
 
-    Damped least squares from the joints of the pose before, then from some at random.  What stands in the arm's way is
-    not looked at."""
+    Damped least squares from the joints of the pose before, then from some at random.  Obstacles are not looked at."""
     tree = mounted.tree
     assert tree is not None
     link, rng = mounted.link or tree.root, np.random.default_rng(0)

@@ -75,8 +75,7 @@ class Shot:
 class View:
     """One pair: the rig looks at `target` (x, y on the front or back face) from `stand_off` mm.
 
-    Yaw and pitch tilt the line of sight off the face's normal, roll turns the rig about it; each camera turns inwards
-    by the toe-in (degrees)."""
+    Yaw and pitch tilt the line of sight off the face's normal; roll turns the rig about it; toe-in turns cameras in."""
 
     variant: str
     target: tuple[float, float]

@@ -394,8 +394,7 @@ def correct_base(
 
 
 def _chain(mounted: MountedRig, values: dict[str, float], names: list[str]) -> tuple[Floats, Floats]:
-    """object_from_rig (4, 4) at joint values, and the Jacobian (6, 6 + n) of the rig's perturbation by the base's and
-    the joints'."""
+    """object_from_rig (4, 4) at joint values, and the Jacobian (6, 6 + n) of the rig's perturbation by base, joints."""
     if mounted.tree is None or mounted.link is None:
         object_from_link, screws = mounted.object_from_link, np.zeros((6, len(names)))
     else:

@@ -435,8 +435,7 @@ def _describe(pairs: _Pairs, lines: Lines) -> Relations:
 
 def _lay_every_way(relations: Relations, p: LineParameters) -> Relations:
     """Relations of lines in space in every way that the directions, which an edge does not have, may be laid: in both
-    orders, with both lines turned and, where they are about perpendicular, with one; and by how much angle and distance
-    may be off."""
+    orders, with both lines turned and, where about perpendicular, one; and how far angle and distance may be off."""
     found = dict(relations)
     found["distance_off"] = np.clip(p.sigmas * found["distance_sigma"], p.least_mm, p.bin_mm)
     found["cosine_off"] = np.clip(p.sigmas * found["cosine_sigma"], p.least_cosine, p.most_cosine)

@@ -179,8 +179,7 @@ def to_grey(image: npt.ArrayLike) -> Floats:
     """The image as contiguous float64 on 0..255, from 8-bit, 16-bit or 1-bit (bool) grey, or other numbers taken as on
     0..255.
 
-    Raises InputError for colour, an empty image, what are no real numbers, and values that are not finite or far beyond
-    that range."""
+    Raises InputError for colour, an empty image, no real numbers, and values not finite or far beyond that range."""
     array = np.asarray(image)
     if array.ndim != 2 or array.size == 0:
         raise InputError(f"an image of shape {array.shape} is not a grey image: give rows x columns")
