@@ -5,8 +5,7 @@
 Times are milliseconds of one picture of 1.2 megapixels, best of several, wall and of the processor; several threads
 work, where there are processors for them, so on a busy machine only the processor's time tells.  A stage's time is how
 long it kept the next waiting.  Storing: rows of one picture in a DuckDB store, without the bytes of the picture.  First
-call: importing and extracting in a new process, with an empty cache of compiled kernels, and once more with a full one.
-"""
+call: importing and extracting in a new process, with an empty cache of compiled kernels, and again with a full one."""
 
 import os
 import subprocess

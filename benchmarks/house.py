@@ -1,7 +1,6 @@
 """How big the house is, held against its limits: `make house` prints the table and fails where one is passed.
 
-Lines are counted as `wc -l` does, of what git tracks.  The files of an inspection are those that docs/architecture.md
-names in the order in which a reader passes them."""
+Lines are counted as `wc -l` does, of what git tracks; the files of an inspection are those of docs/architecture.md."""
 
 from __future__ import annotations
 

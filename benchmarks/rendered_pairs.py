@@ -69,8 +69,7 @@ class Siblings:
     """How the arcs of two pictures correspond.
 
     agreed (left arcs, right arcs): points of the left arc that the right arc shows too; left_size, right_size: points
-    of each arc; left_known, right_known: those that lie on visible edges; real (left arcs,): whether 60 % of them do.
-    """
+    of each arc; left_known, right_known: those on visible edges; real (left arcs,): whether 60 % of them are."""
 
     agreed: Ints
     left_size: Ints
@@ -161,8 +160,8 @@ def measure_ends(pair: RenderedPair, left: StereoArcs, space: SpaceArcs, wanted:
 @dataclass(frozen=True)
 class RegionSiblings:
     """How the regions of two pictures correspond, by pixels of the left picture that have a depth: shared (left
-    regions, right regions); left_size, right_size: of each region, as far as the other picture shows it; known (left
-    regions,): whether half of the region has a depth."""
+    regions, right regions); left_size, right_size: of each region that the other picture shows; known (left regions,):
+    whether half of it has a depth."""
 
     shared: Floats
     left_size: Ints

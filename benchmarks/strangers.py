@@ -170,8 +170,7 @@ def _words(item: dict[str, Any]) -> str:
 
 
 def _relate(change: dict[str, Any], items: list[dict[str, Any]]) -> None:
-    """Mark the very items that a change is of ("own"), and others by which it may be told ("about"); of a face that was
-    moved add where along its axis it was and is."""
+    """Mark the very items that a change is of ("own"), others that may tell it ("about"), and where faces moved to."""
     places = np.array([item["box"] for item in items if item["box"] is not None])
     before, axis = np.array(change["before"]), change["axis"]
     aside = np.arange(3) != axis

@@ -3,8 +3,7 @@
 A trial is a world, a rig, one or two pictures and a prior; its truth is the rig's pose, or none where the pictures do
 not show what the model says.  The sets are the demonstration's pairs, the test data (RELMODEL_TEST_DATA) and what
 `python -m examples.render.trials` wrote.  Wrong trials are made from right ones: pictures of something else, mirrored,
-blank, blurred, swapped, of another part, a prior elsewhere.  What is measured of trials is a line of JSON each, so that
-a run that was broken off goes on."""
+blank, blurred, swapped, of another part, a prior elsewhere.  A trial is a line of JSON: a run broken off goes on."""
 
 from __future__ import annotations
 
@@ -47,8 +46,8 @@ class Trial:
     """What localisation is given, and the truth.
 
     group: the set that the pictures are from; kind: 'as_is', or how it was made wrong or drawn; model: name of the
-    scene; world_from_rig: the truth, None where no pose is right; target (3,): the point in the world that errors are
-    measured at; files: of the pictures as they are."""
+    scene; world_from_rig: the truth, None where no pose is right; target (3,): in the world, where errors are measured;
+    files: of the pictures as they are."""
 
     name: str
     group: str

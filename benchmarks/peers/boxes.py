@@ -1,8 +1,7 @@
 """What else finds the boxes that meet a box, each behind the same few calls; answers are equal, to the last bit.
 
 `one` gives the numbers of the boxes that meet a box, `any` whether there is one, `many` how many pairs some boxes
-make, all pairs fetched, `view` the boxes that meet a view.  A peer that keeps bounds in 32 bits, rounded outward, looks
-at the exact ones of what it found."""
+make, all pairs fetched, `view` the boxes that meet a view.  Peers with bounds in 32 bits look at exact ones then."""
 
 from __future__ import annotations
 

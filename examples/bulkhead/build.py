@@ -81,8 +81,7 @@ def _text(text: str) -> Shape:
 
 
 def write_step(design: Design, shapes: dict[str, Shape], path: Path, missing: frozenset[str] = frozenset()) -> None:
-    """Write the assembly as AP242 without pcurves, with names, colours, materials and a fixed header; components of the
-    root that are `missing` are left out."""
+    """Write the assembly, but `missing` parts, as AP242 without pcurves, with names, colours, materials, a header."""
     document = solids.new_document()
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())

@@ -42,8 +42,7 @@ class Pocket:
     """The void before (front) and behind (back) the web that spans z `web[0]` .. `web[1]` in one cell.
 
     A web from 0 has no back pocket, one up to DEPTH no front pocket.  `grow` moves single walls outwards, on both
-    sides.  `back_split` parts the back pocket by a stiffener along that wall.  `floor_radius` rounds the front floor.
-    """
+    sides.  `back_split` parts the back pocket by a stiffener along that wall, `floor_radius` rounds the front floor."""
 
     walls: tuple[str, ...]
     web: tuple[float, float]

@@ -55,8 +55,7 @@ class OpenStore(Store):
     ) -> LoadReport:
         """Load a STEP, mesh or URDF file under a name and a variant: `relmodel.loading.load.load`.
 
-        unit: the length unit of a file that states none.  occluder: keep a mesh as triangles, which are not inspected.
-        """
+        unit: the length unit of a file that states none.  occluder: keep a mesh as triangles, not inspected."""
         from relmodel.loading.load import load
 
         return load(self, path, name=name, variant=variant, unit=unit, occluder=occluder)
@@ -202,8 +201,7 @@ class OpenStore(Store):
     ) -> Table:
         """Why an inspection (without `run` the newest) decided as it did: one sentence a row.
 
-        The sentences are about its verdict, its pose, an image arc (CAMERA:NUMBER), or a part or feature by its path.
-        """
+        The sentences are about its verdict, pose, an image arc (CAMERA:NUMBER), or a part or feature by its path."""
         from relmodel.app.audit import Sentence, explain
 
         return table_of(Sentence._fields, explain(self, run, pose=pose, arc=arc, feature=feature))

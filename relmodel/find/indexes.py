@@ -126,8 +126,7 @@ class Grid(BoxIndex):
     A box lies in one cell, that of its least corner, on the level whose cell is just as large as its longest side: a
     volume looks at the cells that its bounds reach, and at those before them by the longest side of the level.  So
     large boxes do not flood the small cells.  The size of the smallest cells is that of least expected cost, the number
-    of cells looked up and of boxes tested by volumes that hold EXPECTED_HITS boxes: large cells test boxes in vain,
-    small cells are many."""
+    of cells looked up and boxes tested by volumes of EXPECTED_HITS boxes: large cells test in vain, small are many."""
 
     _cells: tuple[Floats, Floats, Floats, Ints, Ints, Ints, Ints]
 

@@ -370,8 +370,7 @@ class JointTree:
     def sigmas(self, given: Mapping[str, float], what: str) -> dict[str, float]:
         """Standard deviations of the joints given, rad or mm, named as for `values`.
 
-        Raises InputError, beginning with `what`, for an unknown joint, one given twice, or a sigma that is not above
-        zero."""
+        Raises InputError, beginning with `what`, for an unknown joint, one given twice, or a sigma of 0 or less."""
         out = self.named(given, what)
         for name, sigma in out.items():
             if not 0 < sigma < np.inf:

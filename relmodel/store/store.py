@@ -34,8 +34,7 @@ class Store(Database):
     def create(cls, target: str | Path) -> Self:
         """Make a new store with the whole schema, or open the one that is there and bring it up to date.
 
-        Raises StoreError where the file is not a relmodel store, is of a newer version or is in use by another process.
-        """
+        Raises StoreError where the file is no relmodel store, is of a newer version or in use by another process."""
         from relmodel.store.migrate import bring_up_to_date
 
         with cls._opening(store_url(target)) as store:

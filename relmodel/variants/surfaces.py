@@ -240,8 +240,7 @@ def _moved(a: SurfaceSet, b: SurfaceSet, free_a: Any, free_b: Any, reach: float)
 def carried(a: SurfaceSet, b: SurfaceSet) -> Floats | None:
     """`b_from_a` (4, 4), the motion that carries all surfaces of `a` onto those of `b`; None where none does.
 
-    Files that place parts by their coordinates move shapes so.  Of several, which a symmetric shape has, the one that
-    turns least."""
+    Files that place parts by their coordinates move shapes so.  Of several, by symmetry, that which turns least."""
     if len(a) != len(b) or not len(a):
         return None
     found = [motion for motion, _ in motions(_elements(a), _elements(b), 10 * TOLERANCE, 10 * TOLERANCE)]

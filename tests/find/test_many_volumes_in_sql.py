@@ -109,8 +109,7 @@ WHERE n.object_id = :object_id AND n.node_no = :node_no
 """
 _CROWDED_PAGE = """
 INSERT INTO object_page (object_id, page, body_no, box_count, x0, y0, z0, x1, y1, z1)
-SELECT DISTINCT object_id, page, body_no, 1200, x0, y0, z0, x1, y1, z1 FROM object_node WHERE page = 9999
-"""
+SELECT DISTINCT object_id, page, body_no, 1200, x0, y0, z0, x1, y1, z1 FROM object_node WHERE page = 9999"""
 
 
 def test_nearest_features_past_a_crowd_of_parts_without_any(filled: Filled, copy_store: CopyStore) -> None:

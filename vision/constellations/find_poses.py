@@ -362,8 +362,7 @@ def candidates(
     name: str, poses: Floats, share: Floats, given: Prior | None, enough: float
 ) -> tuple[Prior, Perturbations]:
     """What a join, the stage of that name, gives a localisation: poses (k, 4, 4) of the rig, the best first, as
-    perturbations of the prior given or of an open one at the best, their scores (k,), and the score from which no scan
-    is needed."""
+    perturbations of the prior given or of an open one at the best, scores (k,), and that from which no scan is made."""
     prior = given or Prior.open(poses[0] if len(poses) else np.eye(4))
     delta = perturbations(prior.world_from_rig, poses)
     stage = Stage(name, delta, share, ["goes_on"] * len(share), len(share))

@@ -71,7 +71,7 @@ class PictureParameters:
     least_edges: float = 1.0  # edge elements to a thousand pixels, below which a camera is taken as covered
     most_blur_px: float = 3.5  # sigma of the spread of edges beyond which neighbouring edges merge and move
     noted_blur_px: float = 2.5  # the same from which it is said
-    most_saturated: float = 0.5  # share of the pixels at the brightest value
+    most_saturated: float = 0.65  # share of the pixels at the brightest value
     noted_saturated: float = 0.2  # the same from which it is said
     most_mosaic: float = 1.0  # grey by which pixels differ in a pattern of two by two: no other picture has .02
 

@@ -221,6 +221,10 @@ def _find_patches(
     weight_like *= np.minimum(look.cells, p.most_cells) * (look.cells >= p.least_cells)
     weight_like *= is_empty[part][:, None] == is_empty
     weight_like[belongs[item]] = 0.0
+    # Light that makes all around a hole as bright as can be may fill it too, unless others in such light are dark.
+    cells, colour = look.around(np.eye(len(kept), dtype=bool) & is_empty)
+    lit = (cells * colour[..., 0]).sum(axis=1) > np.maximum(p.lit * cells.sum(axis=1), p.lit)
+    weight_like *= lit[part][:, None] <= lit
     total = weight_like.sum(axis=1)
     # Where little is like it, it may look like anything.
     usual = np.where(is_empty[part], p.usual_cells_behind, p.usual_cells)
@@ -234,6 +238,9 @@ def _find_patches(
     shade = np.logaddexp(np.log1p(-p.shaded) + with_it, np.log(p.shaded / range_of))
     darker = (mean[:, 0] < like[:, 0]) & (mean[:, 0] > p.least_bright * like[:, 0])
     with_it = np.where(is_empty[part] & darker, shade, with_it)
+
+    filled = np.where(lit[part], p.usual_cells / (p.usual_cells + total + 1e-6), 1e-300)
+    with_it = np.logaddexp(np.log1p(-filled) + with_it, np.log(filled) + without)
 
     odds = np.clip(with_it - without, -p.most_log_odds, p.most_log_odds)
     # What is cut or raised without depth lies in one light with what is around it, and may look so though it is there.

@@ -80,6 +80,7 @@ class AppearanceParameters:
     stopped_log_odds: float = 3.0
     """log odds against what lies behind, by all cameras, from which something else shows through a hole"""
     camera_log_odds: float = 0.5  # the same that each camera must have
+    lit: float = 230.0  # mean grey around a hole from which light may fill it
 
 
 @dataclass(frozen=True)

@@ -400,8 +400,7 @@ def _represented(instances: Instances, one: Represented) -> tuple[list[Any], lis
 
 def _property(instances: Instances, one: Represented, defined: dict[int, str]) -> tuple[int | None, list[Attribute]]:
     """A property and the product that it is of: of a material, as stated, with the unit of the file, and densities in
-    kg/m3 too; finish; what users defined (general properties, such as a revision).  None where it belongs to something
-    else."""
+    kg/m3 too; finish; what users defined (general properties, such as a revision).  None where of another thing."""
     (name, _, thing), items, record = _represented(instances, one)
     attributes: list[Attribute] = []
     if str(name).lower() == "material property":

@@ -48,7 +48,7 @@ FINE = Quality(edges=20.0, blur_px=0.8, saturated=0.01, mosaic=0.0, stale_run=No
         (replace(FINE, mosaic=1.1), "the picture of camera left is a raw Bayer mosaic", True),
         (replace(FINE, saturated=0.2), None, False),
         (replace(FINE, saturated=0.25), "the picture of camera left is overexposed: 25% of it", False),
-        (replace(FINE, saturated=0.51), "the picture of camera left is overexposed: 51% of it", True),
+        (replace(FINE, saturated=0.66), "the picture of camera left is overexposed: 66% of it", True),
     ],
 )
 def test_pictures_are_doubted_from_their_limits_on(quality: Quality, words: str | None, refuses: bool) -> None:
@@ -111,6 +111,6 @@ def test_a_model_is_as_bright_as_the_pixels_that_show_it(share: float) -> None:
     down = np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 500], [0, 0, 0, 1]])
     rig, seen = Rig({"a": camera}, {"a": np.eye(4)}), SimpleNamespace(pictures=["a"], greys={"a": grey})
     found = cast(Localisation, SimpleNamespace(rig=rig, best=SimpleNamespace(world_from_rig=down)))
-    for whole, now in ((0.51, pytest.approx(share, abs=0.03)), (0.5, 0.5)):
+    for whole, now in ((0.66, pytest.approx(share, abs=0.03)), (0.65, 0.65)):
         taken = {"a": replace(FINE, saturated=whole)}
         assert in_light_of_model(taken, cast(Observation, seen), scene, found, LIMITS)["a"].saturated == now

@@ -201,6 +201,16 @@ def test_holes_that_are_not_there_look_as_the_plate_around(plate: float) -> None
     assert set(found.item[found.stopped].tolist()) == {1, 6}
 
 
+def test_a_hole_that_light_fills_is_not_told_as_stopped() -> None:
+    """Where no other lies in such light; one among dark ones is, as above."""
+    pictures = [draw(BEHIND, 1), draw(BEHIND, 2)]
+    (x, y), reach = HOLES[3].astype(int), int(2 * RADIUS)
+    for picture in pictures:
+        picture[y - reach : y + reach, x - reach : x + reach] = 255.0
+    found = look(*pictures)
+    assert (found.around[found.item == 3] > 250).all() and not found.stopped.any()
+
+
 @pytest.mark.parametrize(("grey", "shaded"), [(70.0, True), (60.0, True), (130.0, False)])
 def test_what_lies_behind_may_lie_in_the_shadow_and_no_brighter_than_elsewhere(grey: float, shaded: bool) -> None:
     """Through the other holes it is 110, beside the plate 40."""
