@@ -15,7 +15,7 @@ class ElsewhereParameters:
     near_px: float = 20.0  # px, rms, by which the image of what is seen moves at least, and the outlines
     far_px: float = 150.0  # px at most
     least_px_per_unit: float = 100.0
-    """px for each radian, or shift by the distance: a direction that moves the image less is taken to move it so"""
+    """px for each radian, or shift by the distance, by which what moves the image less is taken to move it"""
     share: float = 0.25  # share of the poses by whose evidence the rest of the distribution is told
     least_scale: float = 1.0
     """log odds by which these exceed it in the mean, at least: chance is never less than that of independent places"""

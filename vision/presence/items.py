@@ -222,8 +222,8 @@ def _find_patches(
     weight_like *= is_empty[part][:, None] == is_empty
     weight_like[belongs[item]] = 0.0
     # Light that makes all around a hole as bright as can be may fill it too, unless others in such light are dark.
-    cells, colour = look.around(np.eye(len(kept), dtype=bool) & is_empty)
-    lit = (cells * colour[..., 0]).sum(axis=1) > np.maximum(p.lit * cells.sum(axis=1), p.lit)
+    rim, look_of_rim = look.around(np.eye(len(kept), dtype=bool) & is_empty)
+    lit = (rim * look_of_rim[..., 0]).sum(axis=1) > np.maximum(p.lit * rim.sum(axis=1), p.lit)
     weight_like *= lit[part][:, None] <= lit
     total = weight_like.sum(axis=1)
     # Where little is like it, it may look like anything.
