@@ -4,7 +4,7 @@
 
 The code of a commit and the code of now inspect the same pairs (`inspection_snapshot`), load the same files
 (`load_snapshot`), and run warm inspections and a load by turns.  It fails where a verdict or a state is another, a pose
-moved too far, a row of the model is another, or the ratio of a cost passes its limit.  Tables gone are named."""
+moved too far, a row of the model is another, or the ratio of a cost passes its limit.  What is gone is only named."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@
 The world is placed from objects of 1,000 parts by the loader of worlds, so every engine holds the same rows.  One
 volume holds about ten parts; 1,000 of them go in one call.  Times are the least of several after one that warms; memory
 is the greatest of the process that asks, and for PostgreSQL of its server's process too, but for what it shares; each
-engine runs in a process of its own.  Spark is two local workers of 1 GiB each (needs the extra spark and Java 17)."""
+engine runs in a process of its own.  Spark: two workers of 1 GiB (extra spark, Java 17).  Answers are compared."""
 
 from __future__ import annotations
 

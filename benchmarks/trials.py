@@ -3,7 +3,7 @@
 A trial is a world, a rig, one or two pictures and a prior; its truth is the rig's pose, or none where the pictures do
 not show what the model says.  The sets are the demonstration's pairs, the test data (RELMODEL_TEST_DATA) and what
 `python -m examples.render.trials` wrote.  Wrong trials are made from right ones: pictures of something else, mirrored,
-blank, blurred, swapped, of another part, a prior elsewhere.  A trial is a line of JSON: a run broken off goes on."""
+blank, blurred, swapped, of another part, a prior elsewhere.  Each gives a line of JSON: a run broken off goes on."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ and the small objects that `examples/render/trials.py` wrote below FOLDER, which
 `right`: the answer names what is there, alone or among look-alike variants, or names nothing where nothing is.
 `score`, `next`: what the best poses of the joins of two objects explain, of a pair the share of what stereo put in
 space, of one picture the log odds of its ellipses; `rank`: of the truth among the join's poses of what is answered,
-within 10 mm and 2 degrees; the error: at a point 700 mm before the rig.  --hide leaves .48 or lights .4 to .5."""
+within 10 mm and 2 degrees; the error: at a point 700 mm before the rig.  --hide leaves .48 or lights .4 to .6."""
 
 from __future__ import annotations
 

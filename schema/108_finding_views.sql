@@ -156,7 +156,7 @@ SELECT p.run_id,
 FROM grouped AS g
 JOIN presence AS p ON p.run_id = g.run_id AND p.item_no = g.lead_no
 LEFT JOIN ranked AS m ON m.run_id = p.run_id AND m.item_no = p.item_no AND m.place = 1
-LEFT JOIN difference_limit AS l ON l.run_id = m.run_id AND l.measure_no = m.measure_no
+LEFT JOIN difference_limit AS l ON l.run_id = m.run_id AND l.measure_no = m.measure_no  -- whose name comes before this view's
 LEFT JOIN current_decision AS d ON d.inspection_run_id = p.run_id AND d.item_no = p.item_no
 LEFT JOIN run AS r ON r.id = d.run_id;
 

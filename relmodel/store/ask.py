@@ -53,7 +53,7 @@ def ask(
     then called, from another thread.  On DuckDB external access is off and the configuration locked from here on; on
     PostgreSQL the transaction is read-only and rolled back.  Raises InputError with the database's words where the
     statement is wrong, would write or takes too long, or a value is larger than `LARGEST_VALUE`; StoreError where
-    PostgreSQL's role may reach beyond the database, as a superuser may: a statement could use files and programs."""
+    PostgreSQL's role may reach beyond the database, as a superuser may: a statement could use its files, programs."""
     with _asking(store, statement, time_limit_s, confined=True, overdue=overdue) as (_, names, rows):
         yield names, map(_printable, rows)
 

@@ -280,7 +280,8 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     settle(missing & (edge > 0), CONTRADICTED, UNCOVERED)
     stopped = np.isin(np.arange(len(items)), appearance.item[appearance.stopped])
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
-    # No hole passes with a wall whose edges should show and do not, no part with a feature that fails or is in doubt.
+    # No hole passes with a wall whose edges should show and do not, or in part, no part with a feature that fails or is
+    # in doubt.
     unseen, fails = (reason == MISSING) & (state == NOT_CONFIRMED), (CHANGED, CONTRADICTED)
     partly = (reason == DIVIDED) & (state == UNDECIDABLE) & (expected >= p.least_log_odds)
     hole = np.char.endswith(np.array(items.kind, str), "hole")  # a boss or duct hides some walls

@@ -201,14 +201,14 @@ def test_holes_that_are_not_there_look_as_the_plate_around(plate: float) -> None
     assert set(found.item[found.stopped].tolist()) == {1, 6}
 
 
-def test_a_hole_that_light_fills_is_not_told_as_stopped() -> None:
-    """Where no other lies in such light; one among dark ones is, as above."""
+@pytest.mark.parametrize("places", [[3], [3, 7]])
+def test_a_hole_that_light_fills_is_not_told_as_stopped(places: list[int]) -> None:
+    """Where none in such light is dark; one among dark ones is, as above."""
     pictures = [draw(BEHIND, 1), draw(BEHIND, 2)]
-    (x, y), reach = HOLES[3].astype(int), int(2 * RADIUS)
-    for picture in pictures:
-        picture[y - reach : y + reach, x - reach : x + reach] = 255.0
-    found = look(*pictures)
-    assert not found.stopped.any()
+    for (x, y), grey in zip(HOLES[places].astype(int), (255.0, 236.0), strict=False):
+        for picture in pictures:
+            picture[y - 32 : y + 32, x - 32 : x + 32], picture[y - 16 : y + 16, x - 16 : x + 16] = 255.0, grey
+    assert not look(*pictures).stopped.any()
 
 
 @pytest.mark.parametrize(("grey", "shaded"), [(70.0, True), (60.0, True), (130.0, False)])
