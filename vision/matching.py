@@ -375,9 +375,7 @@ def _judge_arcs(
 ) -> ArcPairs:
     """Those that pass the gates are marked as assigned until the search decides."""
     image_arc = np.asarray(found["image_arc_no"], np.int64)
-    residual, angle, sigma, across = (
-        np.asarray(found[name], float) for name in ("residual", "angle", "sigma", "across")
-    )
+    residual, angle, sigma, across = (np.asarray(found[it], float) for it in ("residual", "angle", "sigma", "across"))
     overlap = np.asarray(found["elements"], float) / np.maximum(np.asarray(found["of_elements"], float), 1)
     own = np.nan_to_num(picture.arcs.sigma[image_arc])
     known = np.hypot(own, p.floor_px)

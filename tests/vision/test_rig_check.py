@@ -33,9 +33,7 @@ def test_views_are_compared_in_closed_form() -> None:
     assert found.pairs["a and b"]["baseline_mm"] == 300
     assert found.pairs["a and b"]["vergence_deg"] == 0
     assert found.mm_per_px == {"a": 1.0, "b": 1.0}
-    assert check_rig(side_by_side(300.0, 0.2), 1000.0, {}).pairs["a and b"]["vergence_deg"] == pytest.approx(
-        11.459, 1e-3
-    )
+    assert check_rig(side_by_side(300.0, 0.2), 1e3, {}).pairs["a and b"]["vergence_deg"] == pytest.approx(11.459, 1e-3)
     assert found.diameter_sigma_mm == pytest.approx(np.hypot(0.43, 10 * 0.002))
     assert found.unstated == ["a", "b"]
     assert not any("too little" in words for words in found.sentences())

@@ -237,7 +237,8 @@ def _squares(a: Floats, b: Floats) -> Floats:
 @dataclass(frozen=True)
 class EdgeAccount:
     """All that is known of the edges that cameras should see at a pose: their samples, the elements beside them, what
-    supports them, what lies on their sides, and the evidence, of whole runs and of runs parted where they turn."""
+    supports them, what lies on their sides, and the evidence, of whole runs and of pieces, parted where they turn, with
+    the piece (n,) of each sample."""
 
     samples: Samples
     nearby: Nearby
@@ -245,6 +246,7 @@ class EdgeAccount:
     sides: Sides
     runs: EdgeRuns
     pieces: EdgeRuns
+    piece: Ints
 
 
 def take_account(
@@ -262,8 +264,9 @@ def take_account(
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, lists, responses, p.samples)
     support = measure_support(samples, nearby, p.support)
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
-    pieces = weigh_runs(part_at_turns(samples, p.runs), support, sides, p.runs)
-    return EdgeAccount(samples, nearby, support, sides, weigh_runs(samples, support, sides, p.runs), pieces)
+    parted = part_at_turns(samples, p.runs)
+    runs, pieces = (weigh_runs(it, support, sides, p.runs) for it in (samples, parted))
+    return EdgeAccount(samples, nearby, support, sides, runs, pieces, parted.run)
 
 
 def weigh_lookalike(

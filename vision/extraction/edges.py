@@ -231,9 +231,7 @@ def detect_edges(
         return found.take(pixel, axis=1), (first + pixel).astype(np.int32)
 
     border = ceil(p.border * sigma)
-    values, pixels = (
-        np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, curve, of_band), strict=True)
-    )
+    values, pixels = (np.concatenate(c, axis=-1) for c in zip(*in_bands(grey, kernels, curve, of_band), strict=True))
     kept = _thin(values, pixels, columns, p.min_thin_cosine)
     pixels = pixels[kept]
     offset, nx, ny, contrast, width, position_sigma = values.compress(kept, axis=1).astype(np.float64)

@@ -63,9 +63,7 @@ def label_topography(grey: Floats, noise: Floats, p: TopographyParameters = _DEF
         pixel = np.flatnonzero((here == _RIDGE) | (here == _RAVINE))
         return (first + pixel).astype(np.int32), ridges.take(pixel, axis=1)
 
-    pixel, rows = (
-        np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, noise, of_band), strict=True)
-    )
+    pixel, rows = (np.concatenate(c, axis=-1) for c in zip(*in_bands(grey, kernels, noise, of_band), strict=True))
     return labels, _collect_ridges(pixel, rows.astype(np.float64), grey, noise, slope_sigma, p)
 
 

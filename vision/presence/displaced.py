@@ -9,11 +9,9 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, Rows, count_from, rank_in_groups, sum_by_group
 from relmodel.geometry.transforms import rotation_matrix
-from vision.account.runs import EdgeRuns, part_at_turns, sum_in_one_light, weigh_runs
+from vision.account.runs import EdgeAccount, EdgeRuns, part_at_turns, sum_in_one_light, weigh_runs
 from vision.account.samples import (
-    Nearby,
     Samples,
-    SampleSupport,
     Sides,
     collect_samples,
     find_nearby,
@@ -333,25 +331,22 @@ def measure_displacements(
     world_from_rig: Floats,
     indexes: list[EdgeIndex],
     response_px: Floats,
-    samples: Samples,
-    nearby: Nearby,
-    support: SampleSupport,
-    runs: EdgeRuns,
+    account: EdgeAccount,
     p: PresenceParameters,
 ) -> Displacements:
     """Places of the parts that show enough edges, and not so many that they determine the pose."""
-    scene, q = stored.scene, p.parts
+    scene, samples, support, q = stored.scene, account.samples, account.support, p.parts
     poses = [world_from_rig @ rig.rig_from_camera[name] for name in rig.cameras]
     eyes = CameraPoses(np.stack(poses), np.stack([camera.matrix for camera in rig.cameras.values()]))
     piece_of, tried = find_loose_pieces(stored, samples, p)
     of_sample = piece_of[scene.surface_occurrence[samples.surface[:, 0]]]
     shown, found = (np.bincount(of_sample, support.weight * v, len(piece_of)) for v in (1.0, support.found))
     lost = tried[((shown >= q.turned_px) & (found <= q.turned_share * shown))[tried]]
-    edges, aspects = list_pieces(scene, piece_of, tried, samples, support.weight, runs, eyes)
+    edges, aspects = list_pieces(scene, piece_of, tried, samples, support.weight, account.runs, eyes)
     edges, aspects = add_turned(scene, piece_of, lost, edges, aspects, eyes, q)
     taken = np.full(sum(len(index.edges.position) for index in indexes), -1)
     owned = np.flatnonzero(support.owner >= 0)
-    taken[nearby.element[owned]] = of_sample[support.owner[owned]]
+    taken[account.nearby.element[owned]] = of_sample[support.owner[owned]]
     places = _seek_places(_Pictures(eyes, indexes, response_px, taken, p), edges, aspects, tried)
     return _choose(places, aspects, piece_of, tried, p)
 
@@ -520,14 +515,13 @@ def look_beneath(
     world_from_rig: Floats,
     indexes: list[EdgeIndex],
     response_px: Floats,
-    samples: Samples,
-    sides: Sides,
-    runs: EdgeRuns,
+    account: EdgeAccount,
     maps: Sequence[SurfaceMap],
     p: PresenceParameters,
 ) -> Uncovered:
     """What shows where those loose pieces of a scene should be whose edges are not surely found, all of them left out
-    together; samples, sides, runs, maps: of what is seen with them."""
+    together; account, maps: of what is seen with them."""
+    samples, runs = account.samples, account.runs
     piece_of, loose = find_loose_pieces(stored, samples, p)
     occurrence_at, pieces, cameras = np.append(stored.scene.surface_occurrence, -1), len(piece_of), len(rig.cameras)
 
@@ -564,7 +558,7 @@ def look_beneath(
     both = replace(both, run=np.cumsum(np.diff(both.run, prepend=-1) != 0) - 1)
     at = np.argsort(order)
     of_bare = look_at_sides(bare.scene, rig, world_from_rig, beneath, p.account.sides)
-    around = Sides.stack([sides, replace(of_bare, sample=n + of_bare.sample)])
+    around = Sides.stack([account.sides, replace(of_bare, sample=n + of_bare.sample)])
     around = replace(around, sample=at[around.sample])
     nearby = find_nearby(both.camera, both.pixel, both.direction, indexes, response_px, p.account.samples)
     parted = part_at_turns(both, p.account.runs)

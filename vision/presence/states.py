@@ -280,15 +280,16 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     settle(missing & (edge > 0), CONTRADICTED, UNCOVERED)
     stopped = np.isin(np.arange(len(items)), appearance.item[appearance.stopped])
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
-    # No hole passes with a wall whose edges should show and do not, or in part, no part with a feature that fails or is
-    # in doubt.
-    unseen, fails = (reason == MISSING) & (state == NOT_CONFIRMED), (CHANGED, CONTRADICTED)
-    partly = (reason == DIVIDED) & (state == UNDECIDABLE) & (expected >= p.least_log_odds)
-    hole = np.char.endswith(np.array(items.kind, str), "hole")  # a boss or duct hides some walls
-    for some, of, *told in ((partly, hole, UNDECIDABLE, DIVIDED), (unseen, feature, NOT_CONFIRMED, ABSENT)):
-        wall = items.inset[items.surface] & np.isin(items.surface, items.surface[(face & some)[items.member]])
-        of_wall = np.bincount(items.member, wall, len(items)) > 0
-        settle(of & of_wall & (state == CONFIRMED), *told)
+    # No hole passes with a wall whose edges should show and do not, or is there without it, no part passes with a
+    # feature that fails or is in doubt.
+    hole, fails = np.char.endswith(np.array(items.kind, str), "hole"), (CHANGED, CONTRADICTED)
+    for walls, of, *told in (
+        (state == NOT_CONFIRMED, feature & (state == CONFIRMED), NOT_CONFIRMED, ABSENT),
+        (state == CONTRADICTED, hole, CONTRADICTED, MISSING),
+    ):
+        unseen = items.surface[(face & (reason == MISSING) & walls)[items.member]]
+        wall = items.inset[items.surface] & np.isin(items.surface, unseen)
+        settle(of & (np.bincount(items.member, wall, len(items)) > 0), *told)
     of_feature = [items.occurrence[feature & np.isin(state, some)] for some in ((NOT_CONFIRMED,), fails)]
     in_doubt, failing = (part & np.isin(items.occurrence, some) for some in of_feature)
     settle(in_doubt & (state == CONFIRMED), NOT_CONFIRMED, OF_DOUBT)
@@ -389,13 +390,13 @@ def assess(
 
     view: what cameras should see of the stored scene, parts: which share of each part and feature, it: their edges."""
     assert found.best is not None
-    rig, pose, views = found.rig, found.best, view.arcs
+    rig, pose = found.rig, found.best
     indexes = [found.edge_indexes[name] for name in rig.cameras]
     response_px, astray_px = split_response(pose.camera_unknowns[:, RESPONSE])
     systematic_px = float(np.hypot(p.displacement.systematic_px, astray_px))
     p = replace(p, displacement=replace(p.displacement, systematic_px=systematic_px))
     where = rig, pose.world_from_rig, indexes, response_px
-    samples, support, runs = it.samples, it.support, it.runs
+    samples, support = it.samples, it.support
     maps = [view.maps[name] for name in rig.cameras]
     items = list_items(stored, parts, maps)
     moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
@@ -403,22 +404,20 @@ def assess(
     beside = BodyElements(it.nearby.first, it.nearby.offset, usable, support.weight)
     square = np.concatenate([index.edges.sigma for index in indexes])[it.nearby.element] ** 2
     drawn = np.bincount(it.nearby.sample, square, len(samples.run)) / np.maximum(np.diff(it.nearby.first), 1)
-    edges = EdgePredictions(samples, moving, beside, runs, it.nearby.contrast * it.nearby.offset > 0, drawn)
+    shaded = it.nearby.contrast * it.nearby.offset > 0
+    edges = EdgePredictions(samples, moving, beside, it.runs, it.pieces, it.piece, shaded, drawn)
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
-    unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
     greys = [seen.greys[name] for name in rig.cameras]
-    appearance = look_at_features(items, samples, find_normals(stored.scene), greys, maps, p.appearance)
-    displacements = measure_displacements(stored, *where, samples, it.nearby, support, runs, p)
-    uncovered = look_beneath(stored, *where, samples, it.sides, runs, maps, p)
-    distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
     signs = Signs(
         runs=it.pieces,
         absent=weigh_absence_of_items(items, it.pieces, len(rig.cameras), p.account.runs),
         surfaces=surfaces,
-        appearance=appearance,
-        displacements=displacements,
-        uncovered=uncovered,
-        distances=distances,
-        unexplained=unexplained,
+        appearance=look_at_features(items, samples, find_normals(stored.scene), greys, maps, p.appearance),
+        displacements=measure_displacements(stored, *where, it, p),
+        uncovered=look_beneath(stored, *where, it, maps, p),
+        distances=measure_distances(items, stored.scene, stored.radius, surfaces, p.distances),
+        unexplained=find_unexplained(
+            stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, view.arcs, p.unexplained
+        ),
     )
     return decide(items, stored.radius, signs, list(rig.cameras), p.states)

@@ -265,14 +265,17 @@ SHADED_PX = 2.0  # within which an element lies where a displaced edge does
 
 @dataclass(frozen=True)
 class EdgePredictions:
-    """The predicted edges, the surfaces that carry them, and the elements beside them: usable by `find_usable`; shaded
-    (e,): whether what lies between element and prediction is darker than what lies beyond; drawn (n,): variance
-    (px^2) of those beside each sample, which is great where they border on white."""
+    """The predicted edges, the surfaces that carry them, and the elements beside them: usable by `find_usable`; runs,
+    pieces, piece (n,): as `EdgeAccount` has them; shaded (e,): whether what lies between element and prediction is
+    darker than what lies beyond; drawn (n,): variance (px^2) of those beside each sample, great where they border on
+    white."""
 
     samples: Samples
     moving: MovingSurfaces
     beside: BodyElements
     runs: EdgeRuns
+    pieces: EdgeRuns
+    piece: Ints
     shaded: Bools
     drawn: Floats
 
@@ -347,22 +350,24 @@ def take_off_common(found: Displacement, px_per_mm: Floats, bores: Bools, p: Dis
 
 
 def seek_moved(
-    edges: EdgePredictions, count: int, cameras: int, opposed: FacePairs, p: PresenceParameters
+    edges: EdgePredictions, parted: Bools, cameras: int, opposed: FacePairs, p: PresenceParameters
 ) -> tuple[Floats, Floats]:
-    """How far outward the surfaces (s,) of a scene of `count` lie together, mm, zero in place, and the log odds of that
-    against in place with the others where they are, for all the displacements tried: at most zero in place."""
-    search = _DisplacementSearch(edges, count, cameras, p)
-    mm, log_odds = np.zeros((2, count))
+    """How far outward the scene's surfaces (s,) lie together, mm, zero in place, and the log odds of that against in
+    place with the others where they are, for all the displacements tried: at most zero in place.  parted (s,): whose
+    edges count piece by piece: of a rim light hides one side."""
+    search = _DisplacementSearch(edges, parted, cameras, p)
+    least = np.where(parted, p.moved.sure_log_odds, p.moved.least_log_odds)
+    mm, log_odds = np.zeros((2, len(parted)))
     stale = search.sought
     for _ in range(p.moved.rounds):
         best, log_odds[stale], by_camera = search.weigh(stale, mm, *opposed.limit(mm, p.moved.least_left_mm))
-        known = (log_odds[stale] >= p.moved.least_log_odds) & (by_camera.min(axis=1, initial=np.inf) >= 0)
+        known = (log_odds[stale] >= least[stale]) & (by_camera.min(axis=1, initial=np.inf) >= 0)
         wanted = mm.copy()
         wanted[stale] = np.where(known, best, 0.0)
         # Of neighbours that would move, or move back, the surest does; and of those that would meet.
         one, other = np.concatenate([search.neighbours, opposed.meet(wanted, p.moved.least_left_mm)], axis=1)
         gain = np.where(wanted != mm, np.maximum(log_odds, 1e-9), 0.0)
-        strongest = np.zeros(count)
+        strongest = np.zeros(len(parted))
         np.maximum.at(strongest, one, gain[other])
         changes = (gain > 0) & (gain >= strongest)
         if not changes.any():
@@ -377,10 +382,11 @@ def seek_moved(
 class _DisplacementSearch:
     """What the weighing of displacements needs, prepared once; neighbours: pairs of surfaces that meet, both ways."""
 
-    def __init__(self, edges: EdgePredictions, count: int, cameras: int, parameters: PresenceParameters) -> None:
+    def __init__(self, edges: EdgePredictions, parted: Bools, cameras: int, parameters: PresenceParameters) -> None:
         from scipy.sparse import csr_array
 
-        p, samples, px = parameters.moved, edges.samples, edges.beside.weight
+        p, samples, px, count = parameters.moved, edges.samples, edges.beside.weight, len(parted)
+        self.runs = EdgeRuns.stack([edges.runs, edges.pieces])
         self.edges, self.count, self.cameras, self.p, self.parameters = edges, count, cameras, p, parameters
         half = round(p.reach_mm / p.step_mm)
         self.grid = p.step_mm * np.arange(-half, half + 1, dtype=np.float64)
@@ -388,7 +394,8 @@ class _DisplacementSearch:
         known = (px[moving.sample] > 0) & (np.abs(moving.rate) >= p.min_px_per_mm)
         self.sample, self.side, self.rate_px = moving.sample[known], moving.side[known], moving.rate[known]
         surface = moving.surface[known]
-        run, weight = samples.run[self.sample], px[self.sample]
+        piece, weight = len(edges.runs) + edges.piece[self.sample], px[self.sample]
+        run = np.where(parted[surface], piece, samples.run[self.sample])
         first = np.flatnonzero((np.diff(surface, prepend=-1) != 0) | (np.diff(run, prepend=-1) != 0))
         self.group = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(surface))))
         self.surface, self.run = surface[first], run[first]
@@ -403,7 +410,7 @@ class _DisplacementSearch:
     def weigh(self, surface: Ints, mm: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
         """The best displacement (m,) of surfaces, away from their place and between bounds (s,), with its log odds (m,)
         against in place, and by camera (m, c)."""
-        p, cells, runs = self.p, len(self.grid), self.edges.runs
+        p, cells, runs = self.p, len(self.grid), self.runs
         number = np.full(self.count, -1)
         number[surface] = np.arange(len(surface))
         groups = np.flatnonzero(number[self.surface] >= 0)
@@ -422,7 +429,7 @@ class _DisplacementSearch:
 
     def _weigh_edges(self, groups: Ints, mm: Floats) -> Floats:
         """Log odds (groups, cells) of an edge being there against not, where its surface is displaced."""
-        edges, runs, middle = self.edges, self.edges.runs, len(self.grid) // 2
+        edges, runs, middle = self.edges, self.runs, len(self.grid) // 2
         number = np.full(len(self.surface), -1)
         number[groups] = np.arange(len(groups))
         rows = np.flatnonzero(number[self.group] >= 0)
@@ -474,7 +481,9 @@ def assess_surfaces(
         np.bincount(runs.surface[run, side], px[run], count).astype(float)
         for px in (runs.weight_px, runs.weight_px * runs.found, runs.weight_px * runs.shows)
     )
-    sought, log_odds = seek_moved(edges, count, cameras, opposed, p)
+    bent = np.isfinite(stored.radius) & (np.linalg.norm(normal, axis=1) < p.moved.most_mean_normal)
+    elsewhere = supported <= p.moved.most_in_place * weight
+    sought, log_odds = seek_moved(edges, bent & elsewhere, cameras, opposed, p)
     there = np.flatnonzero(weight >= p.moved.least_distinct_px)
     offsets, closed = measure_moved(edges, there, sought, inward, p)
     # A shadow runs along straight edges, and not all around a bore.
@@ -484,8 +493,8 @@ def assess_surfaces(
     # Surfaces found in place, or found displaced, or bent around and found all around, wherever their rims lie.
     agree_px = offsets.agree * p.account.runs.stretch_px
     found, in_place = (px >= p.moved.least_there * showing[there] for px in (agree_px, supported[there]))
-    in_a_wall = items.inset[there] & in_place  # as half of a rim is, by its tolerance
-    sure = np.where(sought[there] != 0, certain[there] | closed | in_a_wall, in_place | (closed & found))
+    half = items.inset[there] & np.isfinite(stored.radius[there]) & in_place  # a rim, by its tolerance
+    sure = np.where(sought[there] != 0, certain[there] | closed | half, in_place | (closed & found))
     sure &= agree_px >= p.moved.least_distinct_px
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
@@ -495,8 +504,8 @@ def assess_surfaces(
     # Along the axis of a bore its edges say nothing.
     across = np.where(closed, np.linalg.eigvalsh(offsets.covariance[:, :3, :3])[:, 1], np.nan)
     shift_sigma[kept] = np.sqrt(across[sure])
-    moved = certain & (sought != 0) & (np.abs(mm) > np.maximum(q.sure_sigma * sigma, q.least_mm))
-    moved &= supported <= p.moved.most_in_place * weight
+    least_mm = np.where(bent, 0.5 * p.states.changed_mm, q.least_mm)  # of a diameter
+    moved = certain & elsewhere & (sought != 0) & (np.abs(mm) > np.maximum(q.sure_sigma * sigma, least_mm))
     moved[there] &= found
     return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 

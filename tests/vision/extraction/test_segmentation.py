@@ -121,9 +121,7 @@ def cheapest(p: Floats, w: Floats) -> tuple[float, list[tuple[int, int, int]]]:
 def chain(seed: int) -> Floats:
     """A line, a turn, a bend, a wave."""
     rng = np.random.default_rng(seed)
-    turn = np.concatenate(
-        [np.zeros(18), [0.9], np.full(16, 0.12), np.full(12, 0.0), 0.25 * np.sin(np.arange(28) / 2.2)]
-    )
+    turn = np.concatenate([np.zeros(18), [0.9], np.full(16, 0.12), np.zeros(12), 0.25 * np.sin(np.arange(28) / 2.2)])
     heading = np.cumsum(turn) + rng.uniform(0, 6)
     steps = np.column_stack([np.cos(heading), np.sin(heading)])
     return np.asarray(np.cumsum(steps, axis=0) + rng.normal(0, 0.06, (75, 2)) + 100)

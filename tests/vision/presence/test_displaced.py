@@ -19,7 +19,7 @@ from tests.poses import pose_of
 from tests.reading import load
 from tests.vision.account.test_samples import box_samples
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
-from vision.account.runs import EdgeRuns, weigh_runs
+from vision.account.runs import EdgeAccount, EdgeRuns, weigh_runs
 from vision.account.samples import Samples, collect_samples, find_nearby, look_at_sides, measure_support
 from vision.cameras.cameras import Camera, Rig
 from vision.localisation import hypotheses
@@ -175,9 +175,7 @@ def scene(shift: Floats) -> Scene:
     """A plate of 500 by 400 mm, and on it two blocks, the second moved."""
     block = np.array([60.0, 40.0, 20.0])
     plate = (np.array([-250.0, -200.0, -30.0]), np.array([500.0, 400.0, 30.0]))
-    return box_scene(
-        [plate, (np.array([-150.0, -100.0, 0.0]), block), (np.array([80.0, 50.0, 0.0]) + shift, 1.5 * block)]
-    )
+    return box_scene([plate, (np.array([-150.0, -100, 0]), block), (np.array([80.0, 50, 0]) + shift, 1.5 * block)])
 
 
 def turned(it: Scene, angle: float) -> Scene:
@@ -234,12 +232,9 @@ def measured(shift: Floats, missing: bool = False, angle: float = 0.0) -> Displa
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, np.zeros(2), P.account.samples)
     stored = SimpleNamespace(scene=model, paths=["it/plate", "it/block", "it/moved"])
     support = measure_support(samples, nearby, P.account.support)
-    runs = cast(
-        EdgeRuns, SimpleNamespace(chance=np.full(samples.run_count, 0.05), shows=np.full(samples.run_count, 0.8))
-    )
-    return measure_displacements(
-        cast(StoredScene, stored), RIG, RIG_POSE, indexes, np.zeros(2), samples, nearby, support, runs, P
-    )
+    runs = SimpleNamespace(chance=np.full(samples.run_count, 0.05), shows=np.full(samples.run_count, 0.8))
+    account = cast(EdgeAccount, SimpleNamespace(samples=samples, nearby=nearby, support=support, runs=runs))
+    return measure_displacements(cast(StoredScene, stored), RIG, RIG_POSE, indexes, np.zeros(2), account, P)
 
 
 def test_a_part_that_has_moved_is_told_by_how_much_and_others_have_not() -> None:
@@ -406,8 +401,8 @@ def uncovered(missing: list[int]) -> Uncovered:
     sides = look_at_sides(SCENE, RIG, RIG_POSE, samples, P.account.sides)
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, np.zeros(2), P.account.samples)
     runs = weigh_runs(samples, measure_support(samples, nearby, P.account.support), sides, P.account.runs)
-    maps = list(view.maps.values())
-    return look_beneath(model, RIG, RIG_POSE, indexes, np.zeros(2), samples, sides, runs, maps, P)
+    account = cast(EdgeAccount, SimpleNamespace(samples=samples, sides=sides, runs=runs))
+    return look_beneath(model, RIG, RIG_POSE, indexes, np.zeros(2), account, list(view.maps.values()), P)
 
 
 def test_what_a_missing_part_covers_is_found_in_its_place() -> None:

@@ -229,8 +229,8 @@ def test_a_missing_rib_explains_its_edges_but_those_of_faces_that_are_found(kind
 
 @pytest.mark.parametrize(
     ("odds", "expected", "inset", "state"),
-    [(-3.0, 4.0, 2, "not_confirmed"), (-3.0, 2.9, 2, "not_confirmed"), (-2.9, 3.0, 2, "undecidable"),
-     (2.9, 3.0, 2, "undecidable"), (2.9, 2.9, 2, "confirmed"), (3.0, 3.0, 2, "confirmed"), (-3.0, 4.0, 1, "confirmed")],
+    [(-3.0, 4.0, 2, "not_confirmed"), (-2.9, 3.0, 2, "confirmed"), (3.0, 3.0, 2, "confirmed"),
+     (-3.0, 4.0, 1, "confirmed"), (-9.0, 4.0, 2, "contradicted"), (-9.0, 4.0, 1, "confirmed")],
 )  # fmt: skip
 def test_no_hole_passes_with_a_wall_that_does_not_show(odds: float, expected: float, inset: int, state: str) -> None:
     """As that of a spot face, of a hole whose other edges are found; faces that are not set in may be hidden."""
@@ -240,8 +240,8 @@ def test_no_hole_passes_with_a_wall_that_does_not_show(odds: float, expected: fl
     edges = signs(((2, 2), 60, 60, 0.1, odds, expected), ((1, 1), 60, 60, 0.9, 12, 12))
     told = said(decide(hole, np.full(SURFACES, np.nan), edges, ["0"], P.states))
     assert told["hole"][0] == state
-    assert told["part"][0] == ("not_confirmed" if state == "not_confirmed" else "confirmed")
-    assert told["face"][0] == {-3.0: "not_confirmed", 3.0: "confirmed"}.get(odds, "undecidable")
+    assert told["part"][0] == {"not_confirmed": state, "contradicted": "changed"}.get(state, "confirmed")
+    assert told["face"][0] == {-9.0: "contradicted", -3.0: "not_confirmed", 3.0: "confirmed"}.get(odds, "undecidable")
 
 
 @pytest.mark.parametrize(
@@ -291,13 +291,11 @@ def test_a_bore_of_which_half_a_rim_is_off_is_in_doubt_however_little(sigma: flo
     assert said(decided(replace(it, surfaces=faces)))["hole"][0] == ("confirmed", "not_confirmed")[doubted]
 
 
-def moved(it: Signs, log_odds: float = 8.0) -> Signs:
+def moved(it: Signs, odds: float = 8.0) -> Signs:
     """Faces 0 and 3 are found 1.5 mm outward, surely."""
     at = np.isin(np.arange(SURFACES), [0, 3])
     mm, sigma = np.where(at, 1.5, np.nan), np.where(at, 0.1, np.nan)
-    return replace(
-        it, surfaces=replace(it.surfaces, moved=at, log_odds=np.where(at, log_odds, 0.0), mm=mm, sigma=sigma)
-    )
+    return replace(it, surfaces=replace(it.surfaces, moved=at, log_odds=np.where(at, odds, 0.0), mm=mm, sigma=sigma))
 
 
 def test_a_face_that_has_moved_changes_what_it_belongs_to() -> None:
