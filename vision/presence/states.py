@@ -280,8 +280,8 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     settle(missing & (edge > 0), CONTRADICTED, UNCOVERED)
     stopped = np.isin(np.arange(len(items)), appearance.item[appearance.stopped])
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
-    # No hole passes with a wall whose edges should show and do not, or is there without it, no part passes with a
-    # feature that fails or is in doubt.
+    # No hole passes with a wall whose edges should show and do not, is there without it, or passes if nothing of it is
+    # measured; no part passes with a feature that fails or is in doubt.
     hole, fails = np.char.endswith(np.array(items.kind, str), "hole"), (CHANGED, CONTRADICTED)
     for walls, of, *told in (
         (state == NOT_CONFIRMED, feature & (state == CONFIRMED), NOT_CONFIRMED, ABSENT),
@@ -290,6 +290,7 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
         unseen = items.surface[(face & (reason == MISSING) & walls)[items.member]]
         wall = items.inset[items.surface] & np.isin(items.surface, unseen)
         settle(of & (np.bincount(items.member, wall, len(items)) > 0), *told)
+    settle(hole & (state == CONFIRMED) & ~np.isin(np.arange(len(items)), measures.item), UNDECIDABLE, DOUBTFUL)
     of_feature = [items.occurrence[feature & np.isin(state, some)] for some in ((NOT_CONFIRMED,), fails)]
     in_doubt, failing = (part & np.isin(items.occurrence, some) for some in of_feature)
     settle(in_doubt & (state == CONFIRMED), NOT_CONFIRMED, OF_DOUBT)

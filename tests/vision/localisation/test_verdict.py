@@ -104,14 +104,12 @@ def test_a_turn_about_what_is_seen_moves_nothing_of_it() -> None:
         assert words.endswith("turn about x of the rig")
 
 
-@pytest.mark.parametrize(
-    ("prior_sigma", "beyond"), [(np.nan, 0.0), (0.0, 0.0), (6**0.5, 0.0), (3.0, -1.5), (4.0, -5.0)]
-)
-def test_a_prior_takes_off_what_is_beyond_its_mean_over_right_poses(prior_sigma: float, beyond: float) -> None:
+@pytest.mark.parametrize(("sigma", "beyond"), [(np.nan, 0.0), (0.0, 0.0), (6**0.5, 0.0), (3.0, -1.5), (4.0, -5.0)])
+def test_a_prior_takes_off_what_is_beyond_its_mean_over_right_poses(sigma: float, beyond: float) -> None:
     p = DEFAULTS.verdict
-    some = VerdictStatistics(1e3, 1.5, prior_sigma, 0.5, 0.8, 0.0, 0.0, 0.0)
+    some = VerdictStatistics(1e3, 1.5, sigma, 0.5, 0.8, 0.0, 0.0, 0.0)
     assert some.columns(p) == pytest.approx([1.5, 0.5, 0.8, beyond])
-    most = VerdictStatistics(1e3, 1e9, prior_sigma, 1e9, 0.8, 0.0, 0.0, 0.0)
+    most = VerdictStatistics(1e3, 1e9, sigma, 1e9, 0.8, 0.0, 0.0, 0.0)
     assert most.columns(p) == pytest.approx([p.most_rarity, p.most_share, 0.8, beyond])
 
 

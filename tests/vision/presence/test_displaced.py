@@ -343,15 +343,13 @@ RIB = np.array([[22.0, 0, 0], [28, 0, 0]])
 SIDES = np.array([[-1.0, 0, 0], [1, 0, 0]])
 
 
-@pytest.mark.parametrize(
-    ("kind", "moved", "changed"), [("rib", False, True), ("web", False, False), ("web", True, True)]
-)
-def test_a_thickness_is_that_between_both_sides(kind: str, moved: bool, changed: bool) -> None:
+@pytest.mark.parametrize(("kind", "moved", "told"), [("rib", False, True), ("web", False, False), ("web", True, True)])
+def test_a_thickness_is_that_between_both_sides(kind: str, moved: bool, told: bool) -> None:
     """A web's other side is hardly ever seen: it is judged where one of its faces has moved."""
     mm = np.array([3.0, 0.2])
     found, opposed = measure(feature_of(kind, 2, 6.0), RIB, SIDES, mm, np.full(2, 0.1), np.array([moved, False]))
     (thickness,) = rows(found, "thickness")
-    assert thickness == pytest.approx([0, 9.2, 0.1 * 2**0.5, float(changed)])
+    assert thickness == pytest.approx([0, 9.2, 0.1 * 2**0.5, float(told)])
     assert opposed.sizes(mm).tolist() == pytest.approx([9.2])
 
 

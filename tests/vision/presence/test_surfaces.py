@@ -418,16 +418,14 @@ def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
     return EdgePredictions(samples, moving, beside, runs, runs, samples.run, shaded, 0.0 * support.weight)
 
 
-@pytest.mark.parametrize(
-    ("out", "bright", "dark"), [(4, 1, 1.0), (4, -1, 0.0), (-4, 1, 0.0), (-4, -1, 1.0), (4, 0, 0.5)]
-)
-def test_what_lies_between_is_dark_where_the_edge_is_bright_beyond(out: int, bright: int, dark: float) -> None:
+@pytest.mark.parametrize(("out", "lit", "dark"), [(4, 1, 1.0), (4, -1, 0.0), (-4, 1, 0.0), (-4, -1, 1.0), (4, 0, 0.5)])
+def test_what_lies_between_is_dark_where_the_edge_is_bright_beyond(out: int, lit: int, dark: float) -> None:
     """An edge 4 px from its place, bright above, below, or either on half of it; elements elsewhere do not count."""
     line = np.arange(30.0, 170.0)
     pixel, along = np.stack([line, 0 * line + 100], axis=1), np.tile([1.0, 0.0], (len(line), 1))
     samples = samples_at(pixel, along, np.tile([0, 1], (len(line), 1)), np.zeros(len(line), np.int64))
     samples.px_per_mm[:] = [2.0, 1.0]
-    up = np.where(bright == 0, np.sign(line - 99.5), bright)[:, None] * [0.0, 1.0]
+    up = np.where(lit == 0, np.sign(line - 99.5), lit)[:, None] * [0.0, 1.0]
     there, elsewhere = pixel + np.array([0, out]), pixel - np.array([0, 9])
     index = EdgeIndex(edge_points(np.concatenate([there, elsewhere]), np.concatenate([up, -up])))
     assert find_shaded(look(samples, index), np.array([out / 2, 0.0])).tolist() == [dark, 0.0]
