@@ -279,9 +279,7 @@ def find_continuations(
     turn = np.where(~at_end[tail], arc[tail], np.where(at_end[head], arc[head], -1))
     tail, head = arc[tail], arc[head]
     # Of an ellipse it is known that it turns enough.
-    own = np.select(
-        [kinds == CIRCULAR, kinds == ELLIPTIC], [members.counts / np.maximum(fits[:, 2], 1e-9), np.inf], 0.0
-    )
+    own = np.select([kinds == CIRCULAR, kinds == ELLIPTIC], [members.counts / np.maximum(fits[:, 2], 1e-9), np.inf])
     end, start = members.elements[members.offsets[tail + 1] - 1], members.elements[members.offsets[head]]
     between = np.arccos(np.clip(edges.nx[end] * edges.nx[start] + edges.ny[end] * edges.ny[start], -1.0, 1.0))
     return _Continuations(tail, head, turn, distance[likely], own[tail] + between + own[head])

@@ -505,6 +505,7 @@ def assess_surfaces(
     across = np.where(closed, np.linalg.eigvalsh(offsets.covariance[:, :3, :3])[:, 1], np.nan)
     shift_sigma[kept] = np.sqrt(across[sure])
     least_mm = np.where(bent, 0.5 * p.states.changed_mm, q.least_mm)  # of a diameter
+    elsewhere |= log_odds >= p.moved.clear_log_odds
     moved = certain & elsewhere & (sought != 0) & (np.abs(mm) > np.maximum(q.sure_sigma * sigma, least_mm))
     moved[there] &= found
     return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
