@@ -504,7 +504,7 @@ def assess_surfaces(
     # Along the axis of a bore its edges say nothing.
     across = np.where(closed, np.linalg.eigvalsh(offsets.covariance[:, :3, :3])[:, 1], np.nan)
     shift_sigma[kept] = np.sqrt(across[sure])
-    least_mm = np.where(bent, 0.5 * p.states.changed_mm, q.least_mm)  # of a diameter
+    least_mm = np.where(bent & inward, 0.5 * p.states.changed_mm, q.least_mm)  # of a bore's diameter
     elsewhere |= log_odds >= p.moved.clear_log_odds
     moved = certain & elsewhere & (sought != 0) & (np.abs(mm) > np.maximum(q.sure_sigma * sigma, least_mm))
     moved[there] &= found

@@ -88,9 +88,7 @@ def test_deviations_from_ellipses_are_distances_that_change_with_the_parameters_
     near = measure_from_ellipses(*xy(on + 1e-4 * normal), ellipses, which, np.full(24, 0.7))
     np.testing.assert_allclose(near.distance, 1e-4, rtol=1e-2)
     jacobian = fits.of_ellipses(*xy(on), seen, ellipses, which)
-    for k in range(5):
-        step = np.zeros(5)
-        step[k] = 1e-5
+    for k, step in enumerate(1e-5 * np.eye(5)):
         up, down = (
             measure_from_ellipses(*xy(on), some(SHAPES + s), which, np.ones(24)).distance for s in (step, -step)
         )
