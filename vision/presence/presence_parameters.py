@@ -45,7 +45,7 @@ class MovedParameters:
     most_mean_normal: float = 0.5  # length of the mean of the unit normals below which a surface bends around
     least_spread: float = 0.15  # mean square of the normals along the second direction that they span, there
     most_in_place: float = 0.5  # share of a surface's edges that may be found in place, if at the tolerance's limit
-    clear_log_odds: float = 8.0  # log odds of moved from which more may: they are others'
+    clear_log_odds: float = 8.0  # log odds of moved from which more may: what lies there is others'
     crowded: float = 2.0  # by which a surface is known less where its edges lie too near to each other
     least_there: float = 0.6  # of a surface's edges that show, the share found where it is measured or has moved to
 
