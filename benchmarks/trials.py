@@ -28,7 +28,7 @@ from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.world.placement import place_world
-from vision.cameras.cameras import Camera, Prior, Rig, perturb
+from vision.cameras.cameras import CalibrationSigma, Camera, Prior, Rig, perturb
 from vision.cameras.files import read_prior, read_rig, write_rig
 from vision.cameras.images import read_picture
 from vision.inspection import Inspection, Task, inspect
@@ -36,6 +36,7 @@ from vision.inspection.demonstration import read_truth
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.scene import Scene, StoredScene, read_scene
 
+CALIBRATED = CalibrationSigma(0.0002, 0.2, 0.02, 5e-5)  # as a good file says: .3 px of 1,500, .2 px, .02 mm, .003 deg
 Pictures = dict[str, NDArray[Any]]  # grey, by camera
 # The poses that the join gave an inspection, the best first.
 JOINED_POSES = sa.text("SELECT * FROM search_pose WHERE run_id = :run AND stage IN ('join', 'lines') ORDER BY pose_no")
@@ -202,8 +203,8 @@ def shared_bulkheads(data: Path, models: Models, priors: tuple[str, ...], parts:
                 mm, degrees = max(p["mm"] / np.sqrt(3), 1.0), max(p["deg"] / np.sqrt(3), 0.5)
                 prior = Prior.isotropic(np.array(p["T_world_cam_left"], float), mm, float(np.radians(degrees)))
                 yield Trial(
-                    f"{part}{t['pair']} {name}", f"shared_{part}", "as_is", model, Rig(cameras, poses), pictures,
-                    prior, truth, target, files,
+                    f"{part}{t['pair']} {name}", f"shared_{part}", "as_is", model,
+                    Rig(cameras, poses, dict.fromkeys(cameras, CALIBRATED)), pictures, prior, truth, target, files,
                 )  # fmt: skip
 
 
@@ -227,7 +228,8 @@ def single_pictures(data: Path, name: str, models: Models) -> Iterator[Trial]:
 
 def alone(trial: Trial, side: str = "left") -> Trial:
     """The same with one camera."""
-    rig = Rig({"left": trial.rig.cameras[side]}, {"left": trial.rig.rig_from_camera[side]})
+    own = trial.rig
+    rig = Rig({"left": own.cameras[side]}, {"left": own.rig_from_camera[side]}, {"left": own.sigma_of(side)})
     return replace(trial, name=f"{trial.name} alone", kind="alone", rig=rig, pictures={"left": trial.pictures[side]})
 
 

@@ -28,6 +28,7 @@ import numpy as np
 from tabulate import tabulate
 
 from benchmarks.trials import (
+    CALIBRATED,
     JOINED_POSES,
     Models,
     Trial,
@@ -44,7 +45,7 @@ from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.bulk import fetch_columns
-from vision.cameras.cameras import CalibrationSigma, Rig
+from vision.cameras.cameras import Rig
 
 HEADERS = (
     "pictures", "cameras", "verdict", "right", "shown", "alike", "score", "next", "rank", "mm", "degrees", "cpu s",
@@ -58,7 +59,6 @@ LOADED = {
     ("assembly", ""): "step/as1-tu-203.stp",
     ("screw", ""): "step/screw.step",
 }
-CALIBRATED = CalibrationSigma(0.0002, 0.2, 0.02, 5e-5)  # as a good file says: .3 px of 1,500, .2 px, .02 mm, .003 deg
 THERE = {  # what a model of the trials is called here
     "shared_A": ("bulkhead", "A"),
     "shared_B": ("bulkhead", "B"),

@@ -25,9 +25,7 @@ from vision.scene import Scene
 pytestmark = pytest.mark.data
 
 
-def test_a_rig_that_lies_is_told_with_its_cure(
-    data_dir: Path, duckdb_file: Path, tmp_path: Path, capsys: Capsys
-) -> None:
+def test_a_lying_rig_is_told_with_its_cure(data_dir: Path, duckdb_file: Path, tmp_path: Path, capsys: Capsys) -> None:
     """By `rig check`, and by pictures that show no pose, of whatever object.  Pictures and rigs of half the size."""
     pair = halve("pair_00", tmp_path)
     for name in ("inverse", "swapnames"):

@@ -69,9 +69,7 @@ def export_parts(
 
     folder = Path(folder)
     if not _takes_exports(folder):
-        raise UsageError(
-            f"{folder} holds something else than placed parts of stores: name another folder, or a new one"
-        )
+        raise UsageError(f"{folder} holds something else than placed parts: name another folder, or a new one")
     if world is not None:
         world_named(store, connection, world)
     worlds = [row.name for row in store.rows(connection, "world/current") if world in (None, row.name)]

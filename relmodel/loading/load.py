@@ -87,9 +87,7 @@ def derive(
     part_of = {part.shape: i for i, part in reversed(list(enumerate(model.parts)))}
     # Findings of the readers: of the file, then by part, then by shape with the first part that has it.
     findings = [ModelFinding(finding) for finding in model.findings]
-    findings += [
-        ModelFinding(finding, i, part.shape) for i, part in enumerate(model.parts) for finding in part.findings
-    ]
+    findings += [ModelFinding(it, i, part.shape) for i, part in enumerate(model.parts) for it in part.findings]
     findings += [ModelFinding(one, part_of.get(i), i) for i, shape in enumerate(model.shapes) for one in shape.findings]
     shapes = []
     first = {k.shape: i for i, k in reversed(list(enumerate(keys.shapes)))}  # of equal ones

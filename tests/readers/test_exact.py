@@ -86,9 +86,7 @@ FILES = ("M6-1x12-countersunk-screw.step", "screw.step")
 
 @pytest.mark.data
 @pytest.mark.parametrize("name", FILES)
-def test_rows_of_a_file_give_the_points_of_the_kernel(
-    data_dir: Path, name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rows_of_a_file_give_points_of_the_kernel(data_dir: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     kept: list[tuple[Any, Shape]] = []
     extract = step_shape.extract
 

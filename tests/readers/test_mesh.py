@@ -256,9 +256,7 @@ def test_a_byte_order_mark_is_skipped(form: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("suffix", "unit", "cure"), [("stl", None, "give one"), ("glb", "mm", "leave --unit out")])
-def test_a_unit_is_asked_for_where_the_format_has_none(
-    suffix: str, unit: str | None, cure: str, tmp_path: Path
-) -> None:
+def test_a_unit_is_asked_for_where_a_format_has_none(suffix: str, unit: str | None, cure: str, tmp_path: Path) -> None:
     l_bracket().export(tmp_path / f"part.{suffix}")
     with pytest.raises(InputError, match=cure):
         read_mesh(tmp_path / f"part.{suffix}", unit)

@@ -247,9 +247,7 @@ class TestTriedAgain:
             assert not amiss(store)
         server.dispose()
 
-    def test_a_commit_whose_answer_was_lost_is_not_done_twice(
-        self, target: str, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_a_commit_whose_answer_is_lost_is_not_redone(self, target: str, monkeypatch: pytest.MonkeyPatch) -> None:
         tries: list[int] = []
 
         def work(connection: sa.Connection) -> int:

@@ -191,9 +191,7 @@ def parse_opencv(data: dict[str, Any], path: Path) -> Rig:
         poses[name] = np.eye(4)
     if len(cameras) == 2:
         if "R" not in data or "T" not in data:
-            raise InputError(
-                f"{path}: R and T of the pair are missing: add them, or put extrinsics{path.suffix} beside"
-            )
+            raise InputError(f"{path}: R and T of the pair are missing: add them, or extrinsics{path.suffix} beside")
         turn, shift = _matrix(data, "R", path, (3, 3)), _matrix(data, "T", path, (3, 1), (1, 3)).ravel()
         poses["right"] = inverse(rigid(transforms.rigid(turn, shift), path, "R, T"))
     return Rig(cameras, poses, _sigma(data, cameras, poses))

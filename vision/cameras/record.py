@@ -155,9 +155,7 @@ def place_world_with_rigs(store: Store, path: str | Path, progress: Progress = s
 
     def read(path: Path) -> Rig:
         if len(rig_inputs(path)) > 1:
-            raise InputError(
-                f"the rig {path} is of several files: make it one with relmodel rig convert, and name that"
-            )
+            raise InputError(f"the rig {path} is of several files: make it one with relmodel rig convert, name that")
         return read_rig(path)
 
     return place_world(

@@ -10,7 +10,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import carry, inverse, skew
-from vision.cameras.cameras import Needs, Prior, Rig, perturb
+from vision.cameras.cameras import Needs, Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import Fields, Prediction, gather_evidence, project_with_jacobians
 from vision.localisation.localisation_parameters import ElsewhereParameters, LocalisationParameters, VerdictParameters
 from vision.localisation.measurements import CALIBRATION_PX, PLACE, RESPONSE, UNKNOWNS, describe_unknowns
@@ -247,6 +247,12 @@ def measure_agreement(best: RefinedPose, p: VerdictParameters, camera: int | Non
     return float(length[np.abs(m.offset[rows]) < p.agreement_px].sum() / max(length.sum(), 1e-9))
 
 
+def measure_distance(one: RefinedPose, other: RefinedPose) -> float:
+    """How many standard deviations of both two poses lie apart."""
+    apart = perturbation(other.world_from_rig, one.world_from_rig)
+    return math.sqrt(max(float(apart @ np.linalg.solve(one.covariance + other.covariance, apart)), 0.0))
+
+
 def compute_disagreement(own: Sequence[float], joint: Sequence[float], p: VerdictParameters) -> float:
     """How far the cameras disagree on the pose, in sigmas: the signed root of the likelihood ratio (Wilks) of the
     evidence that each camera gathers at the pose it gives by itself against what it gathers at the joint one; of more
@@ -349,7 +355,7 @@ def decide(
     misfits += [it.misfit for it in compare_standpoints(rig, best).values()]
     evidence = PoseEvidence(
         measure_agreement(best, p),
-        [h.evidence for h in by_camera.values()],
+        [-np.inf if measure_distance(h, best) <= p.least_apart_sigma else h.evidence for h in by_camera.values()],
         support_by_camera(best, list(by_camera), elsewhere, p),
         elsewhere.together,
         compute_precision(best.covariance, best.middle),
@@ -470,9 +476,9 @@ class PoseEvidence:
     """What is known of the best of some hypotheses.
 
     agreement: share of the edges found that lie on the model's; by_camera: what each of several cameras gathers at the
-    pose it gives by itself, and support: at the best pose; chance: what poses elsewhere gather; precision: as
-    `compute_precision` gives it; excluded: how many placed parts it leaves out; misfit: what of the cameras differs
-    most from the rig's file, None where that does not say how well anything is known."""
+    pose it gives by itself, where that is another, and support: at the best pose; chance: what poses elsewhere gather;
+    precision: as `compute_precision` gives it; excluded: how many placed parts it leaves out; misfit: what of the
+    cameras differs most from the rig's file, None where that does not say how well anything is known."""
 
     agreement: float
     by_camera: Sequence[float]

@@ -245,7 +245,6 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     changed, resized, doubtful = np.zeros((3, len(items)), bool)
     off, what = np.abs(measures.value - measures.nominal), np.array(measures.what)
     beyond = np.isin(what, ("diameter", "thickness")) & (off > p.doubtful_sigma * measures.sigma)
-    beyond |= (what == "diameter") & (2 * measures.sigma > p.least_known * measures.nominal)
     part, feature, face = (np.array(items.level) == it for it in ("part", "feature", "surface"))
     bore = np.isin(items.kind, BORES) | (np.bincount(items.member, items.inset[items.surface], len(items)) > 0) & face
     least_mm = np.where(bore[measures.item], 0.0, p.changed_mm)  # half of a rim has no diameter
@@ -280,8 +279,8 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     settle(missing & (edge > 0), CONTRADICTED, UNCOVERED)
     stopped = np.isin(np.arange(len(items)), appearance.item[appearance.stopped])
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
-    # No hole passes with a wall whose edges should show and do not, is there without it, or passes if nothing of it is
-    # measured; no part passes with a feature that fails or is in doubt.
+    # No hole passes with a wall whose edges should show and do not, or is there without it; no hole and no face passes
+    # whose size is not known well, or that as likely moved as not; no part with a feature that fails or is in doubt.
     hole, fails = np.char.endswith(np.array(items.kind, str), "hole"), (CHANGED, CONTRADICTED)
     for walls, of, *told in (
         (state == NOT_CONFIRMED, feature & (state == CONFIRMED), NOT_CONFIRMED, ABSENT),
@@ -290,7 +289,11 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
         unseen = items.surface[(face & (reason == MISSING) & walls)[items.member]]
         wall = items.inset[items.surface] & np.isin(items.surface, unseen)
         settle(of & (np.bincount(items.member, wall, len(items)) > 0), *told)
-    settle(hole & (state == CONFIRMED) & ~np.isin(np.arange(len(items)), measures.item), UNDECIDABLE, DOUBTFUL)
+    sized = np.isin(what, ("diameter", "offset", "width")) & (measures.sigma <= p.most_sigma_mm)
+    known = np.bincount(measures.item, sized, len(items)) > 0
+    even = (surfaces.log_odds >= 0) & (surfaces.distinct_px >= p.least_px)
+    known &= np.bincount(items.member, even[items.surface], len(items)) == 0
+    settle((hole | face) & (state == CONFIRMED) & ~known, UNDECIDABLE, DOUBTFUL)
     of_feature = [items.occurrence[feature & np.isin(state, some)] for some in ((NOT_CONFIRMED,), fails)]
     in_doubt, failing = (part & np.isin(items.occurrence, some) for some in of_feature)
     settle(in_doubt & (state == CONFIRMED), NOT_CONFIRMED, OF_DOUBT)

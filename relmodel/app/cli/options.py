@@ -73,9 +73,7 @@ EVERY_VERB = (
 FORMAT = option(
     "--format", choices=("table", "json", "csv"), default="table", help="how data is printed (default: table)"
 )
-ALL = option(
-    "--all", action="store_true", help="print all rows and columns of the table, however long and wide they are"
-)
+ALL = option("--all", action="store_true", help="print all rows and columns of the table, however long and wide")
 WORLD = option("--world", metavar="NAME", help="the world, where the store has several")
 VARIANT = option("--variant", default="", help="its variant, where it has several")
 RUN = one_of(
@@ -88,9 +86,7 @@ RUN = one_of(
     ),
     option("--run", dest="number", metavar="RUN", help="the same as RUN"),
 )
-NO_KEEP_IMAGES = option(
-    "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
-)
+NO_KEEP_IMAGES = option("--no-keep-images", action="store_true", help="do not keep the bytes of images in the store")
 SEARCH = option(
     "--search", default="dual_ascent", metavar="SEARCH", help="dual_ascent (default) or paper: docs/matching.md"
 )

@@ -188,9 +188,7 @@ def test_the_store_has_no_world_of_its_own_by_that(held: Held) -> None:
         (["--against", "--prior", str(DEMO / "pair_00_prior.yaml")], "have no world, prior or arm"),
     ],
 )
-def test_wrong_use_is_one_sentence(
-    options: list[str], words: str, held: Held, blocks_pair: Pair, capsys: Capsys
-) -> None:
+def test_misuse_is_one_sentence(options: list[str], words: str, held: Held, blocks_pair: Pair, capsys: Capsys) -> None:
     assert main(["inspect", *blocks_pair.options(prior=None), *options, "--store", held.store]) == 2
     said = capsys.readouterr().err
     assert words in said

@@ -163,9 +163,7 @@ def test_what_cannot_be_corrected_is_said_before_anything_is_written(
     refused(2, "the world does not mount this rig", "--set", "travel=1")
 
 
-def test_where_says_of_an_answer_what_the_inspection_said(
-    inspection: Inspection, tmp_path: Path, capsys: Capsys
-) -> None:
+def test_where_says_of_an_answer_what_the_run_said(inspection: Inspection, tmp_path: Path, capsys: Capsys) -> None:
     (tmp_path / "answer.json").write_text(json.dumps(inspection.answer))
     assert main(["where", "head", "--found", str(tmp_path / "answer.json"), "--store", inspection.store]) == 0
     there, said = yaml.safe_load(capsys.readouterr().out), inspection.answer["base_corrections"][0]

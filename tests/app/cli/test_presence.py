@@ -259,9 +259,7 @@ def decided(other_variant: Inspection, tmp_path_factory: pytest.TempPathFactory)
     return target, page
 
 
-def test_findings_come_first_with_what_each_camera_shows(
-    answer: Answer, store: Store, decided: tuple[str, Path]
-) -> None:
+def test_findings_come_first_with_what_cameras_show(answer: Answer, store: Store, decided: tuple[str, Path]) -> None:
     """The hole of 88 mm for 104: its size and limit, its own link, and crops that show it in both cameras."""
     with store.read() as connection:
         findings = store.rows(connection, "result/finding", run_id=answer["run"])

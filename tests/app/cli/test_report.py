@@ -174,9 +174,7 @@ def test_names_cannot_bring_elements(evil_page: str, of_blocks: str) -> None:
     assert all(path.endswith(EVIL) for path in paths)
 
 
-def test_a_refused_run_says_why(
-    blocks_seen: Inspection, blocks_pair: Pair, copy_store: CopyStore, tmp_path: Path
-) -> None:
+def test_a_refusal_says_why(blocks_seen: Inspection, blocks_pair: Pair, copy_store: CopyStore, tmp_path: Path) -> None:
     store = changed(
         copy_store(blocks_seen.store),
         "UPDATE inspection SET verdict = 'refused', reason = 'too little evidence'",

@@ -428,7 +428,7 @@ def test_a_pair_that_does_not_say_its_size(tmp_path: Path, capsys: pytest.Captur
     assert main([*convert, "1280x960"]) == 0
     assert_is(read_rig(tmp_path / "rig.yaml"), truths)
     (tmp_path / "cv" / "extrinsics.yml").unlink()
-    with pytest.raises(InputError, match=r"put extrinsics\.yml beside"):
+    with pytest.raises(InputError, match=r"extrinsics\.yml beside"):
         read_rig(tmp_path / "cv", size=(1280, 960))
 
 

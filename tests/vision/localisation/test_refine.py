@@ -421,6 +421,19 @@ def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
     assert any(weakest in sentence for sentence in verdict.missing)
 
 
+@pytest.mark.parametrize(("sigmas", "disagrees"), [(2.75, False), (2.85, True)])
+def test_a_camera_disagrees_only_from_another_pose(sigmas: float, disagrees: bool) -> None:
+    """However much more it gathers where it stands alone."""
+    scene, rig, truth = blocks(5), stereo_rig(), above(10, -20, 560)
+    edges = draw_edges(scene, rig, truth, Errors(), np.random.default_rng(6))
+    best = fit_of(scene, rig, edges, Prior.isotropic(truth, 9.0, np.radians(0.5))).refine(truth)
+    aside = perturb(best.world_from_rig, np.linalg.cholesky(2 * best.covariance) @ (sigmas * np.eye(6)[0]))
+    own = replace(best, world_from_rig=aside, support=replace(best.support, by_camera=best.support.by_camera + 50))
+    elsewhere, by_camera = Elsewhere(Chance(0.0, 1.0), [Chance(0.0, 1.0)] * 2), {"left": own, "right": best}
+    told = decide([best], np.array([0]), by_camera, elsewhere, rig, Needs(5.0, 2.0), DEFAULTS.verdict)
+    assert any("the cameras disagree" in words for words in told.missing) == disagrees
+
+
 def test_of_edges_side_by_side_the_one_with_a_partner_in_stereo_counts() -> None:
     """Two like edges, 1 px to both sides of where one is looked for."""
     position, normal = np.array([[51.0, 40.0], [49.0, 40.0]]), np.array([[1.0, 0.0], [1.0, 0.0]])

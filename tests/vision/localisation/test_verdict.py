@@ -206,9 +206,7 @@ def test_a_rival_takes_its_share_by_prior_and_tempered_evidence() -> None:
         ((1000.0, 0.0, 0.0), (0.0, 0.0, 0.0), np.sqrt(2000.0)),
     ],
 )
-def test_cameras_disagree_by_what_they_gain_apart(
-    own: tuple[float, ...], joint: tuple[float, ...], sigma: float
-) -> None:
+def test_cameras_disagree_by_their_gains(own: tuple[float, ...], joint: tuple[float, ...], sigma: float) -> None:
     assert compute_disagreement(own, joint, DEFAULTS.verdict) == pytest.approx(sigma, rel=1e-4)
 
 
