@@ -66,7 +66,7 @@ MODEL_STEP_PX = 4  # between the pixels of a model that are looked at
 class PictureParameters:
     """From where on a picture is refused, or noted.
 
-    The limits lie between what pictures of the trials have and the same spoiled: docs/localisation.md."""
+    The limits lie between what pictures of the trials have and the same spoiled: benchmarks/results/localisation.md."""
 
     least_edges: float = 1.0  # edge elements to a thousand pixels, below which a camera is taken as covered
     most_blur_px: float = 3.5  # sigma of the spread of edges beyond which neighbouring edges merge and move

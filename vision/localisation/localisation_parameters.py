@@ -68,7 +68,7 @@ class VerdictParameters:
     """share of the evidence by which it differs from pose to pose, since other samples of the model are seen"""
     least_camera_odds: float = -4.0
     """log odds, by the weights above, from which one camera of several sees the model: one in fifty.  Not fitted: see
-    docs/localisation.md for what cameras that see and blind ones have"""
+    benchmarks/results/localisation.md for what cameras that see and blind ones have"""
 
 
 @dataclass(frozen=True)
