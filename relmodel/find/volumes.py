@@ -222,9 +222,7 @@ class Frustum(Volume):
         if not (self.width > 0 and self.height > 0):
             raise InputError(f"the camera's picture has the size {self.width} x {self.height}: give pixels above zero")
         if not (np.isfinite([self.near, self.far]).all() and 0 <= self.near < self.far):
-            raise InputError(
-                f"the view lies between {self.near} and {self.far} mm: give finite depths, 0 <= near < far"
-            )
+            raise InputError(f"the view is between {self.near} and {self.far} mm: give finite depths, 0 <= near < far")
         if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or min(matrix[0, 0], matrix[1, 1]) <= 0:
             raise InputError(
                 "the camera matrix is invalid: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx and fy above 0"

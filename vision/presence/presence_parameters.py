@@ -137,7 +137,8 @@ class StateParameters:
     changed_diameter_sigma: float = 3.5  # the same of a diameter, with `changed_mm`
     changed_mm: float = 0.8  # mm likewise: smaller differences are within the error of small bores and burrs
     doubtful_sigma: float = 3.0  # standard deviations from which a diameter or a thickness is doubtful
-    most_sigma_mm: float = 0.5  # mm: standard deviation of a diameter or an offset above which it is not known
+    most_sigma_mm: float = 0.5  # mm: standard deviation above which a diameter is hardly known, twice that of an offset
+    most_sigma: float = 0.05  # the same as a share of the diameter: the greater of both counts
     changed_wall_mm: float = 1.5  # mm likewise of a thickness: both of its sides err
 
 

@@ -248,7 +248,8 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     part, feature, face = (np.array(items.level) == it for it in ("part", "feature", "surface"))
     bore = np.isin(items.kind, BORES) | (np.bincount(items.member, items.inset[items.surface], len(items)) > 0) & face
     least_mm = np.where(bore[measures.item], 0.0, p.changed_mm)  # half of a rim has no diameter
-    beyond |= (what == "offset") & (off > np.maximum(p.changed_sigma * measures.sigma, least_mm))
+    sigmas = np.where(face & ~bore, p.doubtful_sigma, p.changed_sigma)[measures.item]
+    beyond |= (what == "offset") & (off > np.maximum(sigmas * measures.sigma, least_mm))
     doubtful[measures.item[beyond]] = True
     changed[measures.item[measures.changed]] = True
     resized[measures.item[measures.changed & ~np.isin(measures.what, ("offset", *DISPLACED))]] = True
@@ -279,8 +280,8 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     settle(missing & (edge > 0), CONTRADICTED, UNCOVERED)
     stopped = np.isin(np.arange(len(items)), appearance.item[appearance.stopped])
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
-    # No hole passes with a wall whose edges should show and do not, or is there without it; no hole and no face passes
-    # whose size is not known well, or that as likely moved as not; no part with a feature that fails or is in doubt.
+    # No hole passes with a wall whose edges should show and do not, or is there without it.  No hole and no face passes
+    # whose size is hardly known, or which has as likely moved as not; no part with a feature that fails or is in doubt.
     hole, fails = np.char.endswith(np.array(items.kind, str), "hole"), (CHANGED, CONTRADICTED)
     for walls, of, *told in (
         (state == NOT_CONFIRMED, feature & (state == CONFIRMED), NOT_CONFIRMED, ABSENT),
@@ -289,7 +290,8 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
         unseen = items.surface[(face & (reason == MISSING) & walls)[items.member]]
         wall = items.inset[items.surface] & np.isin(items.surface, unseen)
         settle(of & (np.bincount(items.member, wall, len(items)) > 0), *told)
-    sized = np.isin(what, ("diameter", "offset", "width")) & (measures.sigma <= p.most_sigma_mm)
+    most = np.maximum(p.most_sigma_mm * np.where(what == "diameter", 1, 2), p.most_sigma * measures.nominal)
+    sized = np.isin(what, ("diameter", "offset", "width")) & (measures.sigma <= most)
     known = np.bincount(measures.item, sized, len(items)) > 0
     even = (surfaces.log_odds >= 0) & (surfaces.distinct_px >= p.least_px)
     known &= np.bincount(items.member, even[items.surface], len(items)) == 0

@@ -264,7 +264,7 @@ def test_no_hole_passes_with_a_wall_that_does_not_show(odds: float, expected: fl
         (0.39, 0.12, 0.0, 2.0, "not_confirmed", "a size of it may differ from the model's"),
         (0.39, 0.095, 0.0, 2.0, "changed", "its size differs from the model's"),  # 4.1 sigma, however little that is
         (0.1, 0.25, 0.0, -0.1, "confirmed", "its edges are found"),
-        (0.1, 0.26, 0.0, -0.1, "undecidable", "a size of it may differ from the model's"),  # known to .52 mm
+        (0.1, 0.26, 0.0, -0.1, "undecidable", "a size of it may differ from the model's"),  # known to .52 mm of 10
         (0.39, 0.14, 0.0, -0.1, "confirmed", "its edges are found"),
     ],
 )
@@ -285,10 +285,10 @@ def test_a_diameter_has_changed_from_so_many_sigmas_and_mm(
     assert told["part"] == ((state, of_part[state]) if state in of_part else found)
 
 
-@pytest.mark.parametrize(("mm", "sigma", "doubted"), [(0.85, 0.2, 1), (-0.85, 0.2, 1), (0.85, 0.22, 0), (0.79, 0.1, 0),
-                                                      (0.1, 0.5, 0), (1.9, 0.51, 2)])  # fmt: skip
+@pytest.mark.parametrize(("mm", "sigma", "doubted"), [(0.85, 0.28, 1), (-0.85, 0.28, 1), (0.85, 0.29, 0),
+                                                      (0.79, 0.1, 0), (0.1, 1.0, 0), (0.1, 1.01, 2)])  # fmt: skip
 def test_a_face_that_is_off_with_its_edges_in_place_is_in_doubt(mm: float, sigma: float, doubted: int) -> None:
-    """Or, where its place is not known to .5 mm, undecidable."""
+    """Or, where its place is not known to 1 mm, undecidable."""
     it, face = signs(((0, 1), 60, 60, 0.9, 5.0, 6)), np.arange(SURFACES) == 0
     faces = replace(it.surfaces, mm=np.where(face, mm, np.nan), sigma=np.where(face, sigma, np.nan))
     assert (

@@ -225,9 +225,7 @@ def _correction(rig: MountedRig, args: argparse.Namespace) -> dict[str, Any]:
         help="keep the cameras above a plane of the world, as z=0 or none (default: z=0, or where the lowest part of "
         "the world stands if that is lower)",
     ),
-    option(
-        "--views", type=int, metavar="N", help="at most so many (default: as many as check 95 %% of what any could)"
-    ),
+    option("--views", type=int, metavar="N", help="at most so many (default: enough for 95 %% of what any could)"),
     option("--out", type=Path, metavar="FOLDER", help="write the views as files of priors, with lists of them"),
     FORMAT,
 )
