@@ -55,9 +55,6 @@ class VerdictParameters:
     prior_odds: float = 8.0  # log odds by the prior beyond which a pose is no rival: one in 3,000
     max_sigma: float = 6.0
     """sigmas from the prior beyond which a pose contradicts it: one in 5,000 errs by 5 in six dimensions"""
-    least_apart_sigma: float = 2.8
-    """sigmas of both from which a camera's own pose is another than the joint one: of 150 right pairs four have more,
-    three of them parts with a moved face; of rigs turned by .2 degrees those that this alone refuses, 2.9 and more"""
     max_apart_sigma: float = 4.73  # sigmas by which the cameras may disagree: more has one in 1,000 in six dimensions
     max_calibration_sigma: float = 3.5  # by which pictures may show a camera otherwise: more has one in 2,000
     named_standpoint_sigma: float = 2.6  # from which pictures show a standpoint elsewhere, and it is named: one in 110

@@ -247,19 +247,26 @@ def measure_agreement(best: RefinedPose, p: VerdictParameters, camera: int | Non
     return float(length[np.abs(m.offset[rows]) < p.agreement_px].sum() / max(length.sum(), 1e-9))
 
 
-def measure_distance(one: RefinedPose, other: RefinedPose) -> float:
-    """How many standard deviations of both two poses lie apart."""
-    apart = perturbation(other.world_from_rig, one.world_from_rig)
-    return math.sqrt(max(float(apart @ np.linalg.solve(one.covariance + other.covariance, apart)), 0.0))
+def measure_disagreement(own: Mapping[str, RefinedPose], best: RefinedPose, rig: Rig, p: VerdictParameters) -> float:
+    """How far the cameras disagree on the pose, in sigmas: the farthest pose of those that cameras give by themselves
+    and gather more at than at the joint one; where standpoints are corrected too, by what they gain.
+
+    Of n cameras that know about as much the joint pose has an n-th of the variance of one, and their difference that of
+    one less that (Hausman, 1978)."""
+    joint, squares = best.support.by_camera.tolist(), [0.0]
+    if rig.moved is not None and own:
+        return compute_disagreement([h.evidence for h in own.values()], joint, p)
+    for h in (h for h, there in zip(own.values(), joint, strict=False) if h.evidence > there):
+        apart = perturbation(best.world_from_rig, h.world_from_rig)
+        squares.append(float(apart @ np.linalg.solve(h.covariance + best.covariance, apart)))
+    return math.sqrt(np.max(squares) * (len(own) + 1) / max(len(own) - 1, 1))
 
 
 def compute_disagreement(own: Sequence[float], joint: Sequence[float], p: VerdictParameters) -> float:
-    """How far the cameras disagree on the pose, in sigmas: the signed root of the likelihood ratio (Wilks) of the
-    evidence that each camera gathers at the pose it gives by itself against what it gathers at the joint one; of more
-    than two cameras, as improbable a root of two.
+    """The same by the signed root of the likelihood ratio (Wilks) of the evidence that each camera gathers at the pose
+    it gives by itself against what it gathers at the joint one; of more than two, as improbable a root of two.
 
-    A camera whose own pose is elsewhere and gathers no more there does not disagree.  Poses see different samples of
-    the model: `own_share` of the evidence is no sign of anything."""
+    Poses see different samples of the model: `own_share` of the evidence is no sign of anything."""
     from scipy.special import chdtrc, chdtri
 
     gained = sum(max(a - b, 0.0) for a, b in zip(own, joint, strict=True))
@@ -355,7 +362,7 @@ def decide(
     misfits += [it.misfit for it in compare_standpoints(rig, best).values()]
     evidence = PoseEvidence(
         measure_agreement(best, p),
-        [-np.inf if measure_distance(h, best) <= p.least_apart_sigma else h.evidence for h in by_camera.values()],
+        measure_disagreement(by_camera, best, rig, p),
         support_by_camera(best, list(by_camera), elsewhere, p),
         elsewhere.together,
         compute_precision(best.covariance, best.middle),
@@ -475,13 +482,13 @@ def place_by_bases(rig: Rig, best: RefinedPose) -> dict[str, tuple[Floats, Float
 class PoseEvidence:
     """What is known of the best of some hypotheses.
 
-    agreement: share of the edges found that lie on the model's; by_camera: what each of several cameras gathers at the
-    pose it gives by itself, where that is another, and support: at the best pose; chance: what poses elsewhere gather;
-    precision: as `compute_precision` gives it; excluded: how many placed parts it leaves out; misfit: what of the
-    cameras differs most from the rig's file, None where that does not say how well anything is known."""
+    agreement: share of the edges found that lie on the model's; apart: how far the cameras disagree, and support: what
+    each of several gathers; chance: what poses elsewhere gather; precision: as `compute_precision` gives it; excluded:
+    how many placed parts it leaves out; misfit: what of the cameras differs most from the rig's file, None where that
+    does not say how well anything is known."""
 
     agreement: float
-    by_camera: Sequence[float]
+    apart: float
     support: Mapping[str, CameraSupport]
     chance: Chance
     precision: tuple[float, float, str]
@@ -491,12 +498,11 @@ class PoseEvidence:
 
 def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p: VerdictParameters) -> Verdict:
     """The rule of `decide` on numbers: of the hypotheses, of those that stand, and of the best of these."""
-    by_camera, support, chance = it.by_camera, it.support, it.chance
-    apart = compute_disagreement(by_camera, [camera.evidence for camera in support.values()], p)
+    support, chance = it.support, it.chance
     first = int(standing[0])
     evidence = float(g.evidence[first] + g.outline_evidence[first])
     outline = float(g.outline_px[first]), float(g.outline_contrast[first])
-    signs = float(g.prior_sigma[first]), float(g.share[first]), it.agreement, *outline, apart
+    signs = float(g.prior_sigma[first]), float(g.share[first]), it.agreement, *outline, it.apart
     stats = VerdictStatistics(evidence, chance.rarity(evidence), *signs)
     costs, believed, from_prior = g.cost[standing], g.believed[standing], stats.prior_sigma
     odds = stats.log_odds(p)
@@ -515,7 +521,7 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
             f"{stats.agreement:.0%} of those found lie on the model's, "
             f"contrast of {round(stats.outline_contrast, 1) + 0.0:.1f} along {stats.outline_px:.0f} px of outline"
             + ("" if np.isnan(from_prior) else f", {from_prior:.1f} sigma from the prior")
-            + (f", the cameras disagree by {stats.apart:.1f} sigma" if by_camera else "")
+            + (f", the cameras disagree by {stats.apart:.1f} sigma" if support else "")
         )
     if from_prior > p.max_sigma:
         missing.append(f"the pose lies {from_prior:.1f} sigma from the prior, which contradicts it")
@@ -533,7 +539,7 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
     if not stats.apart <= p.max_apart_sigma:
         missing.append(f"the cameras disagree by {stats.apart:.0f} sigma: check the rig's calibration")
     rig = None
-    if it.misfit is not None and it.misfit.sigmas > it.misfit.limit(len(by_camera), p):
+    if it.misfit is not None and it.misfit.sigmas > it.misfit.limit(len(support), p):
         missing.append(it.misfit.words)
         rig = it.misfit.words if likely >= p.min_posterior else None  # where nothing fits, the cameras do not either
     if not (2 * sigma_mm <= needs.translation_mm and 2 * sigma_rad <= needs.rotation):
@@ -569,7 +575,7 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
         "excluded": float(it.excluded),
     }
     if it.misfit is not None:
-        weighed |= {"calibration": it.misfit.sigmas, "calibration_limit": it.misfit.limit(len(by_camera), p)}
+        weighed |= {"calibration": it.misfit.sigmas, "calibration_limit": it.misfit.limit(len(support), p)}
     for name, camera in support.items():
         weighed[f"agreement {name}"] = camera.agreement
         weighed[f"chance_level {name}"] = camera.chance.level

@@ -110,9 +110,7 @@ def diff_page(
         name = r.path if r.level == "part" else f"{r.after or r.before or r.kind or r.level} of {r.path}"
         entries.append(ListEntry(r.level, name, _motion(r), part, own, r.status, r.differs or ""))
     for s in shapes:
-        s["paint"] = [
-            [status, sorted(painted[s["id"], status])] for status in _COLOURED if (s["id"], status) in painted
-        ]
+        s["paint"] = [[state, sorted(painted[s["id"], state])] for state in _COLOURED if (s["id"], state) in painted]
     counts = read_table(connection, "How much differs", "report/change_counts", comparison_id=comparison)
     facts = [
         (f"{r.level}s {r.status}", str(r.how_many), "")

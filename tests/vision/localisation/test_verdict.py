@@ -53,7 +53,7 @@ def table(
     return HypothesisTable(sigma, evidence, found, expected, px, none + outlines, none, none > 0, nats)
 
 
-SURE = PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0)
+SURE = PoseEvidence(0.9, 0.0, {}, LITTLE, (0.01, 1e-5, "x"), 0)
 
 
 def judged(poses: HypothesisTable, evidence: PoseEvidence = SURE, standing: Ints = FIRST, mm: float = 1.0) -> Verdict:
@@ -80,7 +80,7 @@ def test_what_a_wrong_pose_gathered_is_refused_and_what_a_right_one_did_is_not(
 ) -> None:
     columns = (prior_sigma, evidence, 100 * share, 100.0, 100.0, 1.0, 10.0, False, np.nan)
     gathered = HypothesisTable(*(np.array([value]) for value in columns))
-    verdict = judged(gathered, PoseEvidence(agreement, [], {}, LITTLE, (0.1, 1e-3, "x"), 0), mm=5.0)
+    verdict = judged(gathered, PoseEvidence(agreement, 0.0, {}, LITTLE, (0.1, 1e-3, "x"), 0), mm=5.0)
     assert (verdict.verdict == "accepted") is accepted, verdict.reason
     sure = "probability > 99.9 %" if verdict.posterior > 0.999 else f"probability {100 * verdict.posterior:.1f} %"
     assert not accepted or verdict.reason.startswith(sure)
@@ -259,7 +259,7 @@ def test_a_calibration_that_does_not_hold_refuses_sooner_of_one_picture_and_a_st
 ) -> None:
     support = {str(k): CameraSupport(1000.0, 1000.0, 1000.0, 0.9, LITTLE) for k in range(cameras)}
     misfit = Misfit(sigmas, "so and so", of == "standpoint")
-    evidence = PoseEvidence(0.9, cameras * [1000.0], support, LITTLE, (0.01, 1e-5, "x"), 0, misfit)
+    evidence = PoseEvidence(0.9, 0.0, support, LITTLE, (0.01, 1e-5, "x"), 0, misfit)
     found = judged(table(), evidence)
     refused = ([], None) if verdict == "accepted" else (["so and so"], "so and so")
     assert (found.verdict, found.missing, found.rig) == (verdict, *refused)
@@ -282,7 +282,7 @@ def test_a_pose_that_contradicts_the_prior_is_refused_unless_the_pictures_are_be
 def test_a_camera_that_does_not_see_what_the_other_sees_refuses_the_pose() -> None:
     each = (("one", 390.0, 1.0), ("two", 0.0, 0.1))
     support = {name: CameraSupport(found, found, 400.0, agreement, LITTLE) for name, found, agreement in each}
-    found = judged(table(), PoseEvidence(1.0, [390.0, 0.0], support, LITTLE, (0.01, 1e-5, "x"), 0))
+    found = judged(table(), PoseEvidence(1.0, 0.0, support, LITTLE, (0.01, 1e-5, "x"), 0))
     (words,) = found.missing
     assert (found.verdict, found.blind) == ("refused", {"two": words})
     assert words.startswith("camera two does not see this: evidence of 0 where 400 is expected")
