@@ -299,11 +299,13 @@ def lay_rays(camera: Camera, step: int) -> RayGrid:
 
 @dataclass(frozen=True)
 class SurfaceMap:
-    """Which surface of the scene each place of a picture shows (rows, columns), -1 for none, on the grid of `rays`."""
+    """Which surface of the scene each place of a picture shows (rows, columns), -1 for none, on the grid of `rays`, at
+    a pose of the camera."""
 
     camera: Camera
     rays: RayGrid
     surface: Ints
+    world_from_camera: Floats
 
     def count_pixels(self, surfaces: int) -> Floats:
         """Pixels (s,) of the picture that show each surface of the scene."""
@@ -325,11 +327,15 @@ class SurfaceMap:
 def map_surfaces(scene: Scene, camera: Camera, world_from_camera: Floats) -> SurfaceMap:
     """The surfaces that a camera sees at a pose."""
     rays = lay_rays(camera, COVERAGE_STEP_PX)
-    used = rays.weight > 0
-    hit = scene.rays.nearest(world_from_camera[:3, 3], rays.directions[used] @ world_from_camera[:3, :3].T)
-    surface = np.full(rays.weight.shape, -1, np.int64)
-    surface[used] = np.where(hit >= 0, scene.triangle_surface[hit], -1)
-    return SurfaceMap(camera, rays, surface)
+    surface, used = np.full(rays.weight.shape, -1, np.int64), rays.weight > 0
+    surface[used] = trace_surfaces(scene, world_from_camera, rays.directions[used])
+    return SurfaceMap(camera, rays, surface, world_from_camera)
+
+
+def trace_surfaces(scene: Scene, world_from_camera: Floats, directions: Floats) -> Ints:
+    """The surface (n,) that each ray (n, 3) of a camera meets first, -1 for none."""
+    hit = scene.rays.nearest(world_from_camera[:3, 3], directions @ world_from_camera[:3, :3].T)
+    return np.where(hit >= 0, scene.triangle_surface[hit], -1)
 
 
 # Which placed parts and features the cameras see at a pose, and which share of each.

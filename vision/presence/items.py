@@ -17,7 +17,7 @@ from vision.extraction.arcs import LINE
 from vision.extraction.rows import Primitives
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import ViewArcs
-from vision.localisation.visibility import PART, PartsInView, SurfaceMap, VisibleArcs
+from vision.localisation.visibility import PART, PartsInView, SurfaceMap, VisibleArcs, trace_surfaces
 from vision.presence.presence_parameters import AppearanceParameters, UnexplainedParameters
 from vision.scene import Scene, StoredScene
 
@@ -113,6 +113,8 @@ SET_APART = (*BORES, "pocket")  # in another light than what they are cut into o
 WITHIN = (*SET_APART, "open_slot", "rib", "step")  # of what is around: without them that continues
 _NONE = -1
 _ANYTHING = 1 / (255 * 3.0)  # density of any grey with any texture
+FARTHEST = 4  # cells from a patch to what lies beside it
+MARGIN = 3  # cells around small patches that are looked at closer
 
 
 @dataclass(frozen=True)
@@ -134,27 +136,25 @@ class Appearance:
 def look_at_features(
     items: Items,
     samples: Samples,
-    normal: Floats,
+    scene: Scene,
     greys: Sequence[Bytes | Floats],
     seen: Sequence[SurfaceMap],
     p: AppearanceParameters,
 ) -> Appearance:
-    """The appearance of all features and surfaces; samples: the rims of holes among others; normal (s, 3): of
-    `find_normals`; greys (rows, columns), seen: by camera, in the rig's order."""
+    """The appearance of all features and surfaces; samples: the rims of holes among others; greys (rows, columns),
+    seen: by camera, in the rig's order."""
     pieces = []
     for camera, (grey, shown) in enumerate(zip(greys, seen, strict=True)):
-        patches = _find_patches(items, samples.take(samples.camera == camera), grey, shown, normal, p)
+        patches = _find_patches(items, samples.take(samples.camera == camera), grey, shown, scene, p)
         pieces.append((np.full(len(patches[0]), camera), *patches))
-    camera_no, item, pixels, grey_of, around, like, odds, through = (
-        np.concatenate(c) for c in zip(*pieces, strict=True)
-    )
+    camera_no, item, pixels, mean, around, like, odds, through = (np.concatenate(c) for c in zip(*pieces, strict=True))
     count = len(items)
     total = np.bincount(item, np.where(np.isfinite(through), through, 0.0), count)
     # Each camera that looks through must see another thing.
     worst = greatest(np.where(np.isfinite(through), through, -np.inf), item, count, -np.inf)
     stopped = (total <= -p.stopped_log_odds) & np.isfinite(worst) & (worst < -p.camera_log_odds)
     order = np.lexsort((camera_no, item))
-    columns = (item, camera_no, pixels, grey_of, around, like, odds, stopped[item])
+    columns = (item, camera_no, pixels, mean, around, like, odds, stopped[item])
     return Appearance(*(np.asarray(column)[order] for column in columns))
 
 
@@ -170,10 +170,11 @@ _Columns = tuple[Ints, Floats, Floats, Floats, Floats, Floats, Floats]  # of App
 
 
 def _find_patches(
-    items: Items, samples: Samples, grey: Bytes | Floats, shown: SurfaceMap, normal: Floats,
+    items: Items, samples: Samples, grey: Bytes | Floats, shown: SurfaceMap, scene: Scene,
     p: AppearanceParameters,
 ) -> _Columns:  # fmt: skip
     """One camera's columns."""
+    normal = find_normals(scene)
     empty = ((shown.surface < 0) & (shown.rays.weight > 0)).astype(np.uint8)
     count, labels = cv2.connectedComponents(empty, connectivity=4, ltype=cv2.CV_32S)
     place = np.asarray(labels, np.int64)
@@ -185,7 +186,13 @@ def _find_patches(
     number[kept] = np.arange(len(kept))
     hole = _find_holes(items, samples, shown, place, count, p)
     of_patch, is_empty = np.concatenate([normal, np.zeros((count, 3))])[kept], kept >= surfaces
-    look = _measure_patches(number[whole], len(kept), _measure_texture(grey, shown))
+    patch, texture = number[whole], _measure_texture(grey)
+    look = _measure_patches(patch, len(kept), _sample(texture, shown.rays.pixel), shown.rays.step)
+    bores = number[np.unique(items.surface[np.isin(items.kind, BORES)[items.member]])]
+    small = bores[(bores != _NONE) & (np.append(look.cells, 0.0)[bores] < p.sure_cells)]
+    if len(small):
+        of_surface = number[:surfaces]
+        look = _look_closer(look, patch, small, of_surface, is_empty, shown, scene, texture, p.sure_cells)
 
     own = (np.array(items.level) != "part")[items.member]
     item = np.concatenate([items.member[own], hole[hole != _NONE]])
@@ -258,7 +265,7 @@ def _find_patches(
     sure = np.minimum(look.cells[part] / p.sure_cells, 1.0)
     through[item[looks_through]] = (odds * sure)[looks_through]
     rows = np.unique(item)
-    cells, pixels = add_up(counted)[rows], add_up(look.cells[part])[rows] * shown.rays.step**2
+    cells, pixels = add_up(counted)[rows], add_up(look.pixels[part])[rows]
     means = [add_up(counted * values)[rows] / cells for values in (mean[:, 0], beside, like[:, 0], odds)]
     means[3] *= np.where(np.isin(np.array(items.kind)[rows], WITHIN), p.share, p.share_of_faces)
     means[3] *= np.minimum(cells / p.sure_cells, 1.0)
@@ -267,10 +274,12 @@ def _find_patches(
 
 @dataclass(frozen=True)
 class _Patches:
-    """Of patches (q,): cells (q,) that lie clear of their borders; mean, spread (q, 2): of grey and texture; centre
-    (q, 2): cell; and which lie side by side, as columns: one, other; cells; values (n, 2): mean of the other there."""
+    """Of patches (q,): cells (q,) that lie clear of their borders, pixels (q,) of these; mean, spread (q, 2): of grey
+    and texture; centre (q, 2): cell; and which lie side by side, as columns: one, other; cells; values (n, 2): mean of
+    the other there."""
 
     cells: Floats
+    pixels: Floats
     mean: Floats
     spread: Floats
     centre: Floats
@@ -290,17 +299,53 @@ class _Patches:
         return weight, total / np.maximum(weight, 1e-9)[..., None]
 
 
-def _measure_texture(grey: Bytes | Floats, shown: SurfaceMap) -> Floats:
-    """Grey and texture (rows, columns, 2) at the cells: the mean of 3 px, and log1p of the deviation within 7."""
+def _look_closer(
+    look: _Patches, patch: Ints, small: Ints, of_surface: Ints, is_empty: Bools, shown: SurfaceMap, scene: Scene,
+    texture: Floats, most_cells: float,
+) -> _Patches:  # fmt: skip
+    """Patches, of which small ones (k,) and what lies beside them are measured pixel by pixel, in windows one below the
+    other.  patch (rows, columns): of each cell; of_surface (s,): of each surface; is_empty (q,): which show nothing."""
+    from scipy.ndimage import find_objects
+
+    step, boxes = shown.rays.step, find_objects(patch + 1)
+    box = np.array([[(y.start, x.start), (y.stop, x.stop)] for y, x in (boxes[k] for k in small.tolist())])
+    low, high = step * np.maximum(box[:, 0] - MARGIN, 0), step * np.minimum(box[:, 1] + MARGIN, patch.shape)
+    pixel = low[:, None, None] + np.moveaxis(np.indices((high - low).max(axis=0) + FARTHEST), 0, 2)
+    inside = (pixel < high[:, None, None]).all(axis=3)
+    y, x = pixel[inside].T
+    way = np.stack([x, y, np.ones(len(x))], axis=1) @ np.linalg.inv(shown.camera.undistorted_view()[2]).T
+    surface, nearby = trace_surfaces(scene, shown.world_from_camera, way), patch[y // step, x // step]
+    of, values = np.full(inside.shape, _NONE), np.zeros((*inside.shape, 2))
+    of[inside] = np.where(surface >= 0, of_surface[surface], np.where(is_empty[nearby], nearby, _NONE))
+    values[inside] = _sample(texture, shown.camera.project(way)[0])
+    columns, rest = inside.shape[2], ~np.isin(np.arange(len(is_empty)), small)
+    out = _measure_patches(of.reshape(-1, columns), len(is_empty), values.reshape(-1, columns, 2), 1)
+    out.centre[small] = box.mean(axis=1)
+    np.minimum(out.cells, most_cells, out=out.cells)
+    for name in ("cells", "pixels", "mean", "spread", "centre"):
+        getattr(out, name)[rest] = getattr(look, name)[rest]
+    beside = {name: (getattr(look, name), getattr(out, name)) for name in ("one", "other", "beside", "values")}
+    kept, own = rest[look.one], ~rest[out.one]
+    return replace(out, **{name: np.concatenate([a[kept], b[own]]) for name, (a, b) in beside.items()})
+
+
+def _measure_texture(grey: Bytes | Floats) -> Floats:
+    """Grey and texture (rows, columns, 2) of a picture: the mean of 3 px, and log1p of the deviation within 7."""
     single = grey.astype(np.float32)
     smooth, wide = cv2.blur(single, (3, 3)), cv2.blur(single, (7, 7))
     texture = np.log1p(np.sqrt(np.maximum(cv2.blur(single * single, (7, 7)) - wide * wide, 0.0)))
-    x, y = np.rint(shown.rays.pixel).astype(np.int64).transpose(2, 0, 1)
-    x, y = np.clip(x, 0, grey.shape[1] - 1), np.clip(y, 0, grey.shape[0] - 1)
-    return np.stack([smooth[y, x], texture[y, x]], axis=2).astype(float)
+    return np.stack([smooth, texture], axis=2)
 
 
-def _measure_patches(patch: Ints, count: int, values: Floats) -> _Patches:
+def _sample(texture: Floats, pixel: Floats) -> Floats:
+    """Values (..., 2) at the pixels (..., 2) of a picture."""
+    x, y = np.moveaxis(np.rint(pixel).astype(np.int64), -1, 0)
+    x, y = np.clip(x, 0, texture.shape[1] - 1), np.clip(y, 0, texture.shape[0] - 1)
+    return np.asarray(texture[y, x], float)
+
+
+def _measure_patches(patch: Ints, count: int, values: Floats, step: int) -> _Patches:
+    """Patches (rows, columns) of cells `step` px wide with these values (rows, columns, 2)."""
     kernel = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
     number = patch.astype(np.float32)
     clear = (cv2.dilate(number, kernel) == number) & (cv2.erode(number, kernel) == number) & (patch >= 0)
@@ -316,7 +361,7 @@ def _measure_patches(patch: Ints, count: int, values: Floats) -> _Patches:
     centre = average(np.argwhere(clear).astype(float))
     keys, sides = [], []
     rows, columns = patch.shape
-    for far in (2, 4):
+    for far in (2, FARTHEST):
         for down, right in ((0, far), (far, 0), (far, far), (far, -far)):
             a = (slice(0, rows - down), slice(max(-right, 0), columns - max(right, 0)))
             b = (slice(down, rows), slice(max(right, 0), columns - max(-right, 0)))
@@ -328,7 +373,8 @@ def _measure_patches(patch: Ints, count: int, values: Floats) -> _Patches:
     beside = np.bincount(which.ravel(), minlength=len(key)).astype(float)
     there = np.concatenate(sides)
     sums = np.stack([np.bincount(which.ravel(), column, len(key)) for column in there.T], axis=1)
-    return _Patches(cells, mean, spread, centre, key // count, key % count, beside, sums / beside[:, None])
+    sides_of = key // count, key % count, beside, sums / beside[:, None]
+    return _Patches(cells, cells * step**2, mean, spread, centre, *sides_of)
 
 
 def _log_density(at: Floats, mean: Floats, spread: Floats, weight: Floats, anything: Floats | float) -> Floats:

@@ -43,18 +43,18 @@ class Held:
 
 @pytest.fixture(scope="session")
 def held(duckdb_template: Path, blocks_pair: Pair, make_once: MakeOnce) -> Held:
-    """A plate in two variants, A without the pad that B has, and a flange; a picture of B held against all three, and
+    """A plate in two variants, B without the pad that A has, and a flange; a picture of B held against all three, and
     one of blocks against the flange, by a rig that seems to lie.  The first by a calibration of OpenCV: the only camera
     of a rig needs no name, and one whose file does not say the size of pictures has that of the one given."""
     design = replace(draw("plate", 2), bolts=())
-    body = components_of(design)[0].part
+    lacking = {change.name: other for change, other in changes(design, "missing", np.random.default_rng(2))}
+    body = components_of(lacking["pad"])[0].part
     view = draw_table_view(2, (400, 300), body.vertices, 1, (0.6, 0.7))
     pose = view.poses["left"]
 
     def inspect(folder: Path) -> None:
         store = copied(duckdb_template)(folder)
-        lacking = {change.name: other for change, other in changes(design, "missing", np.random.default_rng(2))}
-        plates = {"A": make(lacking["pad"]), "B": make(design)}
+        plates = {"A": make(design), "B": make(lacking["pad"])}
         with Store.open(store) as opened:
             for name, variant, made in (
                 *(("plate", variant, made) for variant, made in plates.items()),

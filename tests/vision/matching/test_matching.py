@@ -61,7 +61,8 @@ def surfaces() -> SurfaceMap:
     shown[20:50, 30:70], shown[30:40, 45:55] = 1, 2
     pixel = np.stack([columns, rows], axis=2)
     directions = np.zeros((*rows.shape, 3))
-    return SurfaceMap(STRAIGHT, RayGrid(directions, pixel, np.full(rows.shape, 16.0), STRAIGHT.matrix, 4), shown)
+    rays = RayGrid(directions, pixel, np.full(rows.shape, 16.0), STRAIGHT.matrix, 4)
+    return SurfaceMap(STRAIGHT, rays, shown, np.eye(4))
 
 
 def seen(camera: Camera) -> SurfaceMap:
@@ -75,9 +76,8 @@ def described(camera: Camera) -> tuple[ViewUnits, Any]:
     with np.errstate(invalid="ignore"):
         whole = view(circle(200, 150, 40), slanted, level, lone, np.array([[0.0, 0], [1, 1]]))
     way = np.where(np.isfinite(whole.samples.direction), whole.samples.direction, [0.6, 0.8])
-    whole = replace(
-        whole, samples=replace(whole.samples, direction=way, length_px=np.nan_to_num(whole.samples.length_px))
-    )
+    length = np.nan_to_num(whole.samples.length_px)
+    whole = replace(whole, samples=replace(whole.samples, direction=way, length_px=length))
     return describe_view(whole, place_points(whole, SHIFT[: len(whole.run)], camera), seen(camera)), whole
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
-from scipy.ndimage import label, uniform_filter
+from scipy.ndimage import generate_binary_structure, label, maximum_filter, minimum_filter, uniform_filter
 from scipy.stats import norm
 
 from relmodel.arrays import Floats, Ints
@@ -140,7 +140,16 @@ def surface_map() -> SurfaceMap:
     shown = np.where((y < 250) & ~through, 0, -1)
     matrix = np.array([[500.0 / STEP, 0, 198.5 / STEP], [0, 500.0 / STEP, 148.5 / STEP], [0, 0, 1]])
     weight = np.full(x.shape, float(STEP**2))
-    return SurfaceMap(CAMERA, RayGrid(np.zeros((*x.shape, 3)), pixel, weight, matrix, STEP), shown)
+    return SurfaceMap(CAMERA, RayGrid(np.zeros((*x.shape, 3)), pixel, weight, matrix, STEP), shown, np.eye(4))
+
+
+def scene_of(normal: Floats) -> Scene:
+    """Surfaces that look these ways: a triangle each."""
+    across = np.linalg.svd(normal[:, None])[2][:, 1]
+    vertices = np.stack([np.zeros_like(normal), across, np.cross(normal, across)], axis=1).reshape(-1, 3)
+    count = len(normal)
+    known = {"surface_occurrence": np.zeros(count), "triangle_surface": np.arange(count)}
+    return cast(Scene, SimpleNamespace(vertices=vertices, triangles=np.arange(3 * count).reshape(-1, 3), **known))
 
 
 def rims(cameras: int) -> Samples:
@@ -156,18 +165,48 @@ def rims(cameras: int) -> Samples:
     return both
 
 
-def look(*pictures: Floats, p: AppearanceParameters = AppearanceParameters()) -> Appearance:  # noqa: B008
+def bores() -> Items:
     count = len(HOLES)
     none, number = np.full(count, -1), np.arange(count)
-    items = Items(
+    return Items(
         ["feature"] * count, np.zeros(count, np.int64), number, none, [f"hole {k}" for k in range(count)],
         ["through_hole"] * count, np.ones(count), np.full(count, np.nan), number, number + 1,
         np.ones(count + 1, bool),
     )  # fmt: skip
-    normal = np.tile([1.0, 0, 0], (count + 1, 1))
+
+
+def look(*pictures: Floats, p: AppearanceParameters = AppearanceParameters()) -> Appearance:  # noqa: B008
+    normal = np.tile([1.0, 0, 0], (len(HOLES) + 1, 1))
     normal[0] = [0, 0, 1]
     views = [surface_map()] * len(pictures)
-    return look_at_features(items, rims(len(pictures)), normal, pictures, views, p)
+    return look_at_features(bores(), rims(len(pictures)), scene_of(normal), pictures, views, p)
+
+
+def test_small_bores_are_looked_at_pixel_by_pixel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Dark walls of 5 px, of which no cell lies clear, one at the picture's corner, and one that is not there."""
+    middles = np.append(HOLES[:7], [[3.0, 2.0]], axis=0)
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]]
+    within = np.hypot(x - middles[:, 0, None, None], y - middles[:, 1, None, None]) < 5
+    wall = np.where(within.any(axis=0), within.argmax(axis=0) + 1, 0)
+
+    def trace(scene: Scene, pose: Floats, way: Floats) -> Ints:
+        column, row = np.rint(way @ CAMERA.matrix.T).astype(int).T[:2]
+        return np.asarray(wall[row, column])
+
+    monkeypatch.setattr("vision.presence.items.trace_surfaces", trace)
+    grey = np.where((wall > 0) & (wall != 3), 60.0, 150.0) + np.random.default_rng(1).normal(size=wall.shape)
+    shown = replace(surface_map(), surface=wall[1::STEP, 1::STEP])
+    items, scene = bores(), scene_of(np.array([[0.0, 0, 1]] + [[1.0, 0, 0]] * 8))
+    found = look_at_features(items, rims(1), scene, [grey], [shown], AppearanceParameters())
+    cross = generate_binary_structure(2, 1)
+    clear = minimum_filter(wall, footprint=cross) == maximum_filter(wall, footprint=cross)
+    assert found.item.tolist() == list(range(8))
+    for k, own in enumerate(clear & (wall == np.arange(1, 8)[:, None, None])):
+        assert found.pixels[k] == own.sum()
+        assert found.grey[k] == pytest.approx(uniform_filter(grey, 3, mode="mirror")[own].mean(), abs=1e-3)
+    assert found.log_odds[2] < -1 < 0.5 < np.delete(found.log_odds, 2).min()
+    far = look_at_features(items, rims(1), scene, [grey], [shown], AppearanceParameters(sure_cells=1e-9))
+    assert not len(far.item)
 
 
 # What lies behind is lit unevenly, from 30 on the left to 54 on the right.
@@ -373,7 +412,8 @@ def test_appearance_is_what_loops_over_patches_find(seed: int) -> None:
     matrix = np.array([[500.0 / 3, 0, 73.5 / 3], [0, 500 / 3, 58.5 / 3], [0, 0, 1]])
     grid_of = RayGrid(np.zeros((rows, columns, 3)), np.stack([x, y], axis=-1), np.full((rows, columns), 9.0), matrix, 3)
     nobody = rims(1).take(np.zeros(0, np.int64))
-    got = look_at_features(items, nobody, normal, [grey], [SurfaceMap(camera, grid_of, shown)], AppearanceParameters())
+    seen = SurfaceMap(camera, grid_of, shown, np.eye(4))
+    got = look_at_features(items, nobody, scene_of(normal), [grey], [seen], AppearanceParameters(sure_cells=1e-9))
     expected = {k: one for k in range(7) if (one := appearance_of(kinds[k], members[k], found, beside)) is not None}
     assert got.item.tolist() == sorted(expected)
     assert len(expected) >= 4
