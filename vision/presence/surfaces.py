@@ -10,6 +10,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints, count_from, sum_by_group
 from vision.account.runs import EdgeRuns, compute_log_odds
 from vision.account.samples import Nearby, Samples, are_crowded
+from vision.localisation.hypotheses import BLOOM_PX
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DisplacementParameters, PresenceParameters
 from vision.scene import Scene, StoredScene
@@ -326,15 +327,18 @@ def measure_moved(
     drawn = np.bincount(body, near * edges.drawn[sample], count) / total[:, 0]
     bores = closed & inward[surface]  # which are drawn alike
     found.covariance[:, 3, 3] += np.where(bores, 0.0, drawn / np.maximum(px_per_mm, 1e-9) ** 2)
-    return take_off_common(found, px_per_mm, bores, p.displacement), closed
+    return take_off_common(found, px_per_mm, bores, drawn, p.displacement), closed
 
 
 COMMON_PX = np.linspace(-1.5, 1.5, 61)  # by which light and response may draw the rims of all bores aside
 MOST_RIM_SIGMA = 3.0  # as which a rim counts at most against it: one that is resized lies far from the others
 
 
-def take_off_common(found: Displacement, px_per_mm: Floats, bores: Bools, p: DisplacementParameters) -> Displacement:
-    """Where bodies (m,) lie, bores less what the rims of all the others are drawn aside alike, in the mean."""
+def take_off_common(
+    found: Displacement, px_per_mm: Floats, bores: Bools, drawn: Floats, p: DisplacementParameters
+) -> Displacement:
+    """Where bodies (m,) lie, bores less what the rims of the others in like light are drawn aside alike, in the mean;
+    drawn (m,): as `EdgePredictions` has it, of the edges of each."""
     from scipy.special import softmax
 
     rows = np.flatnonzero(bores & (px_per_mm > 0))
@@ -342,7 +346,9 @@ def take_off_common(found: Displacement, px_per_mm: Floats, bores: Bools, p: Dis
     own = np.maximum(covariance[rows, 3, 3] * rate**2 - p.systematic_px**2, 0.0) + p.rim_px**2
     square = ((x[rows, 3] * rate)[:, None] - COMMON_PX) ** 2 / own[:, None]
     cost = 0.5 * square / (1 + square / MOST_RIM_SIGMA**2)
-    likely = softmax(cost - cost.sum(axis=0) - 0.5 * (COMMON_PX / p.systematic_px) ** 2, axis=1)
+    white = drawn[rows] > BLOOM_PX**2 / 2
+    prior = 0.5 * COMMON_PX**2 / (p.systematic_px**2 + drawn[rows, None])
+    likely = softmax(cost - (white[:, None] == white) @ cost - prior, axis=1)
     common = likely @ COMMON_PX
     x[rows, 3] -= common / rate
     covariance[rows, 3, 3] = (own + likely @ COMMON_PX**2 - common**2) / rate**2

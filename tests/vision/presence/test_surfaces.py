@@ -327,13 +327,16 @@ def test_bores_are_measured_against_what_draws_all_others_aside() -> None:
     for _ in range(200):
         px = rng.normal(0, D.systematic_px) + rng.normal(0, np.hypot(0.1, D.rim_px), 12)
         given = Displacement(np.pad((wider + px / 3)[:, None], [(0, 0), (3, 0)]), covariance, np.ones(12))
-        found = take_off_common(given, np.full(12, 3.0), every, D)
+        found = take_off_common(given, np.full(12, 3.0), every, np.zeros(12), D)
         z.append((found.x[:, 3] - wider) / np.sqrt(found.covariance[:, 3, 3]))
     assert np.sqrt(found.covariance[:, 3, 3]).max() < 0.06  # .1 by itself
     assert np.abs(np.std(z, axis=0) - 1).max() < 0.2
-    one = take_off_common(given, np.full(12, 3.0), np.arange(12) == 3, D)
+    one = take_off_common(given, np.full(12, 3.0), np.arange(12) == 3, np.zeros(12), D)
     np.testing.assert_allclose(one.x, given.x, atol=1e-9)
     np.testing.assert_allclose(one.covariance[3, 3, 3], covariance[3, 3, 3] + D.rim_px**2 / 9, rtol=1e-3)
+    lit = take_off_common(given, np.full(12, 3.0), every, 0.09 * (np.arange(12) == 3), D)  # light draws it by itself
+    white = covariance[3, 3, 3] + (D.rim_px**2 + 0.09) / 9
+    np.testing.assert_allclose((lit.x[3, 3], lit.covariance[3, 3, 3]), (given.x[3, 3], white), rtol=5e-3)
 
 
 @pytest.mark.parametrize("half", [False, True])
