@@ -93,9 +93,8 @@ def junctions() -> None:
                 near = np.flatnonzero(np.hypot(*off.T) < 3)[:1]
                 errors.append(off[near])
                 variances.append(np.einsum("nii->n", found.covariance[near]) / 2)
-                squares.append(
-                    np.einsum("ni,nij,nj->n", off[near], np.linalg.inv(found.covariance[near]), off[near]) / 2
-                )
+                inverse = np.linalg.inv(found.covariance[near])
+                squares.append(np.einsum("ni,nij,nj->n", off[near], inverse, off[near]) / 2)
             error = np.concatenate(errors)
             row += [len(error) / 40, np.sqrt(np.mean(error**2)), np.sqrt(np.mean(np.concatenate(variances)))]
             row.append(np.mean(np.concatenate(squares)))

@@ -196,9 +196,8 @@ def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) 
     }
     if answer is None or answer.best is None:
         return line
-    line["statistics"] = {
-        field.name: answer.verdict.weighed.get(field.name, np.nan) for field in fields(VerdictStatistics)
-    }
+    names = [field.name for field in fields(VerdictStatistics)]
+    line["statistics"] = {name: answer.verdict.weighed.get(name, np.nan) for name in names}
     if trial.world_from_rig is not None:
         truth = Truth("", trial.world_from_rig, trial.target)
         off = [measure_pose_error(h.world_from_rig, truth) for h in answer.hypotheses]

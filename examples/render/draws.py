@@ -146,12 +146,10 @@ def draw_table_view(
     return Shot(views, poses, target, np.array([0, 0, 1.0]), stand_off)
 
 
-def first_credible(
-    draw: Callable[[int], Shot], credible: Callable[[Shot], bool], first: int = 0, most: int = 100
-) -> Shot:
+def first_credible(draw: Callable[[int], Shot], good: Callable[[Shot], bool], first: int = 0, most: int = 100) -> Shot:
     """The first of a stream of drawn views, numbered from `first`, that will do."""
     for stream in range(first, first + most):
         view = draw(stream)
-        if credible(view):
+        if good(view):
             return view
     raise RuntimeError(f"none of {most} drawn views will do")

@@ -62,10 +62,9 @@ def write_rig(path: Path, view: Shot, sigma: dict[str, float]) -> None:
     left = view.poses["left"]
     places = {side: np.eye(4) if side == "left" else np.linalg.inv(left) @ pose for side, pose in view.poses.items()}
     cameras = {side: camera(c, places[side]) for side, c in view.cameras.items()}
-    what = "A stereo rig" if len(cameras) == 2 else "One camera"
-    frame = (
-        "cameras; the rig's frame is the left camera's" if len(cameras) == 2 else "camera; the rig's frame is its own"
-    )
+    what, frame = "One camera", "camera; the rig's frame is its own"
+    if len(cameras) == 2:
+        what, frame = "A stereo rig", "cameras; the rig's frame is the left camera's"
     write_yaml(path, {"sigma": sigma, "cameras": cameras}, f"{what}: mm, OpenCV {frame}.")
 
 

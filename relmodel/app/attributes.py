@@ -182,9 +182,7 @@ def _check_known(owner: Owner, name: str, value: Value, unit: str | None, units:
         raise UsageError(f"{name} applies to a {' or '.join(known.levels)}, and {owner.words} is not one: name one")
     if known.dimension is None:
         if not isinstance(value, str):
-            raise UsageError(
-                f"{name} takes a text, not {value!r}: give its name (with --text if it looks like a number)"
-            )
+            raise UsageError(f"{name} takes a text, not {value!r}: give its name (--text if it looks like a number)")
         if name == "colour" and not _COLOUR.fullmatch(value):
             raise UsageError(f"the colour {value!r} is not #rrggbb: give six hexadecimal digits, as in #c0c0c0")
         return

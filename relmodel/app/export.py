@@ -172,9 +172,7 @@ def read_results(store: Store, connection: Connection, run_id: int) -> dict[str,
     names = sorted(sql.query_names("result"), key=lambda name: (name != "result/inspection", name))
     tables = {name.partition("/")[2]: store.arrow(connection, name, run_id=run_id) for name in names}
     if not tables["inspection"].num_rows:
-        raise UsageError(
-            f"the run {run_id} is not an inspection with an answer: relmodel runs --kind inspect lists them"
-        )
+        raise UsageError(f"run {run_id} is no inspection with an answer: relmodel runs --kind inspect lists them")
     return _of_store(store, connection, tables, run=run_id)
 
 

@@ -150,9 +150,7 @@ def _nodes(trees: Trees, group: int, least: float, greatest: float, out: Ints) -
 
 
 @kernel(f"Tuple((i8[::1], i8[::1]))(f8[:, ::1], {_TREES}, {_TREES}, f8[::1], f8[:, ::1])")
-def entries_in_boxes(
-    boxes: Floats, x_trees: Trees, y_trees: Trees, greatest: Floats, asked: Floats
-) -> tuple[Ints, Ints]:
+def entries_in_boxes(boxes: Floats, x_trees: Trees, y_trees: Trees, most: Floats, asked: Floats) -> tuple[Ints, Ints]:
     """Pairs (number of the box asked, box) where boxes meet boxes (k, 6)."""
     z_first, z_member = y_trees[6], y_trees[7]
     out_asked, out_box = np.empty(FIRST_ROOM, np.int64), np.empty(FIRST_ROOM, np.int64)
@@ -194,7 +192,7 @@ def entries_in_boxes(
                     else:
                         top = middle
                 at = bottom - 1
-                while at >= start and greatest[at] >= a[2]:
+                while at >= start and most[at] >= a[2]:
                     box = z_member[at]
                     if boxes[box, 5] >= a[2]:
                         if count == len(out_asked):

@@ -308,9 +308,7 @@ class _RobotReader:
         if not file.is_relative_to(root):
             self._refuse(f"{where} names {name!r} outside the {kind}: put the mesh in that folder")
         if not file.is_file():
-            self._refuse(
-                f"{where} names {name!r}, which is not in the {kind}: correct the name, or put the URDF into it"
-            )
+            self._refuse(f"{where} names {name!r}, not in the {kind}: correct the name, or put the URDF into it")
         return file
 
     def _package(self, name: str) -> Path:

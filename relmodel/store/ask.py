@@ -113,9 +113,7 @@ def stopped(time_limit_s: float) -> InputError:
 def _printable(row: Row) -> Row:
     for value in row:
         if isinstance(value, str | bytes) and len(value) > LARGEST_VALUE:
-            raise InputError(
-                f"a value of {len(value):,} characters or bytes is too large to print: ask for parts of it"
-            )
+            raise InputError(f"a value of {len(value):,} characters or bytes is too large to print: ask for parts")
     return row
 
 

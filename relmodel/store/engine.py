@@ -152,9 +152,7 @@ def store_url(target: str | Path) -> URL:
     if url.get_backend_name() == "postgresql":
         return url.set(drivername="postgresql+psycopg")
     if url.get_backend_name() != "duckdb":
-        raise StoreError(
-            f"{name!r} is not a store that relmodel knows: use a DuckDB file or a postgresql+psycopg:// URL"
-        )
+        raise StoreError(f"{name!r} is no store that relmodel knows: use a DuckDB file or a postgresql+psycopg:// URL")
     if url.database in (None, "", ":memory:"):
         raise StoreError(f"{name!r} would be a store in memory only, lost when its process ends: name a file")
     return url
@@ -322,9 +320,7 @@ def sentence(url: URL, error: Exception) -> str:
     if "does not exist" in said or "No such file" in said:
         return f"there is no store {url.database}: make one with relmodel init --store {url.database}"
     words = said.strip().splitlines()[0]
-    return (
-        f"cannot open the store {url.database} ({words}): check its permissions, or restore a backup if it is damaged"
-    )
+    return f"cannot open the store {url.database} ({words}): check its permissions, or restore a backup if damaged"
 
 
 # Replacing a DuckDB file atomically by one made under another name.

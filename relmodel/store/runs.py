@@ -394,9 +394,7 @@ class Run:
         transaction may then happen twice."""
         return self._again(self.write, work)
 
-    def _again(
-        self, transaction: Callable[[], AbstractContextManager[Connection]], work: Callable[[Connection], T]
-    ) -> T:
+    def _again(self, begin: Callable[[], AbstractContextManager[Connection]], work: Callable[[Connection], T]) -> T:
         done: list[tuple[T, _Count]] = []
 
         def once() -> T:
@@ -404,7 +402,7 @@ class Run:
                 result, self._count = done[0]
                 self._writes += 1
                 return result
-            with transaction() as connection:
+            with begin() as connection:
                 result = work(connection)
                 done[:] = [(result, self._count)]
             return result

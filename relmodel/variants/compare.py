@@ -213,9 +213,7 @@ def find_variant(store: Store, connection: Connection, name: str, variant: str =
     names = sorted({str(row.name) for row in loaded})
     near = nearest_name(name, names)
     hint = f"did you mean {near}? " if near else ""
-    raise UsageError(
-        f"there is no object {asked}: {hint}name one of those loaded: {', '.join(names) or 'there are none'}"
-    )
+    raise UsageError(f"there is no object {asked}: {hint}name one of those loaded: {', '.join(names) or 'none'}")
 
 
 # Placed parts of two objects compared: which correspond, and what differs besides place and geometry.
@@ -382,16 +380,14 @@ def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any], sizes: Mapp
     )
 
 
-def pair_features(
-    a: FeatureSet, b: FeatureSet, surfaces: SurfaceMatches, reach: float
-) -> tuple[SurfaceMatches, Floats]:
+def pair_features(a: FeatureSet, b: FeatureSet, surfaces: SurfaceMatches, far: float) -> tuple[SurfaceMatches, Floats]:
     """Features of `b` that are those of `a`, and the angle (rad) by which each pair is turned.
 
     First those that share surfaces, most first (of pockets and the like only those that open to one side); then those
     of one class by place; then those of one kind where the middle of each lies within the other.  Of a pair, the
     surfaces say whether it is identical or retrimmed, the class whether it moved or changed."""
     shared_i, shared_j, share = _shared(a, b, surfaces)
-    near_i, near_j, distance = near_pairs(a.middle, b.middle, reach)
+    near_i, near_j, distance = near_pairs(a.middle, b.middle, far)
     congruent = a.class_id[near_i] == b.class_id[near_j]
     good = (a.kind[near_i] == b.kind[near_j]) & (congruent | (distance < np.minimum(a.half[near_i], b.half[near_j])))
     i, j = np.concatenate([shared_i, near_i[good]]), np.concatenate([shared_j, near_j[good]])

@@ -86,9 +86,8 @@ def test_slivers_narrower_than_a_line_are_not_all_lines(duckdb_template: Path, t
     ring = 20 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     first = np.arange(600)
     after = (first + 1) % 600
-    sides = np.concatenate(
-        [np.stack(t, axis=1) for t in ((first, after, first + 600), (after, after + 600, first + 600))]
-    )
+    two = (first, after, first + 600), (after, after + 600, first + 600)
+    sides = np.concatenate([np.stack(t, axis=1) for t in two])
     shape = shape_from_triangles(np.concatenate([ring, ring + np.array([0, 0, 600])]), sides, fit=False)
     assert shape is not None
     rod = Assembly("ROD", (Instance("ROD", "part", 0, np.eye(4)),))

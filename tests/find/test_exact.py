@@ -67,10 +67,8 @@ def test_triangles_against_linear_programs() -> None:
     for volume, corner, met in zip(volumes, corners, found.tolist(), strict=True):
         n, d = volume.half_spaces[:, :3], volume.half_spaces[:, 3]
         # The least slack that all half-spaces need: at or below zero where the triangle meets the volume.
-        bounds = [(0, 1)] * 3 + [(None, None)]
-        solved = linprog(
-            [0, 0, 0, 1], np.column_stack([n @ corner.T, -np.ones(len(n))]), d, [[1, 1, 1, 0]], [1], bounds
-        )
+        bounds, apart = [(0, 1)] * 3 + [(None, None)], np.column_stack([n @ corner.T, -np.ones(len(n))])
+        solved = linprog([0, 0, 0, 1], apart, d, [[1, 1, 1, 0]], [1], bounds)
         slack = float(np.asarray(solved.x)[3])
         assert abs(slack) < 1e-5 or met == (slack < 0)
     assert 10 < found.sum() < 120

@@ -44,9 +44,8 @@ def asked_of(boxes: Floats, count: int) -> Floats:
     corner = np.round(rng.uniform(-60, 60, (count, 3)))
     if len(boxes):
         corner[::2] = rng.choice(boxes[:, :3], len(corner[::2]))
-        corner[1::4] = rng.choice(boxes[:, 3:], len(corner[1::4])) - size[1::4] * (
-            rng.random((len(corner[1::4]), 3)) < 0.5
-        )
+        corner[1::4] = rng.choice(boxes[:, 3:], len(corner[1::4]))
+        corner[1::4] -= size[1::4] * (rng.random((len(corner[1::4]), 3)) < 0.5)
     return np.concatenate([corner, corner + size], axis=1)
 
 

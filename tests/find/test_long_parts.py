@@ -108,9 +108,8 @@ def asked(target: str, kind: str, level: str, volumes: Sequence[Volume]) -> list
 
 def in_process(filled: Filled, level: str, volumes: Sequence[Volume], kind: int) -> list[Answer]:
     answers: list[Answer] = [set() for _ in volumes]
-    for number, occurrence, no in zip(
-        *(c.tolist() for c in filled.indexes[kind].in_volumes(volumes, level)), strict=True
-    ):
+    columns = (c.tolist() for c in filled.indexes[kind].in_volumes(volumes, level))
+    for number, occurrence, no in zip(*columns, strict=True):
         answers[number].add((filled.paths[occurrence], no))
     return answers
 

@@ -201,10 +201,8 @@ def test_a_refusal_names_its_likeliest_cause(duckdb_of_runs: Store) -> None:
         words = {"sentence_no": [0], "kind": "rig", "sentence": "the focal length is 4.8 % greater"}
         run.append(connection, "inspection_sentence", {"run_id": int(calibrated), **words})
     with duckdb_of_runs.read() as connection:
-        asked = sa.text(
-            "SELECT cause, likely_cause, advice FROM why_verdict_cause WHERE run_id >= 1000 ORDER BY run_id"
-        )
-        for row, (failed, _, cause) in zip(connection.execute(asked), CAUSES, strict=True):
+        asked = "SELECT cause, likely_cause, advice FROM why_verdict_cause WHERE run_id >= 1000 ORDER BY run_id"
+        for row, (failed, _, cause) in zip(connection.execute(sa.text(asked)), CAUSES, strict=True):
             assert row.cause == cause, failed
             assert ("the focal length is 4.8 % greater" in row.likely_cause) == ("calibration" in failed)
         found = read_outcome(duckdb_of_runs, connection, int(runs[-1]))

@@ -26,9 +26,8 @@ def shuffled(text: str, rng: np.random.Generator) -> str:
     """Every entity under another number and at another place."""
     head, data, tail = re.split(r"(?m)(?<=^DATA;\n)|(?=^ENDSEC;\nEND-ISO)", text)
     entities = ENTITY.findall(data)
-    number = {
-        old: str(7 + new) for (old, _), new in zip(entities, rng.permutation(len(entities)).tolist(), strict=True)
-    }
+    places = rng.permutation(len(entities)).tolist()
+    number = {old: str(7 + new) for (old, _), new in zip(entities, places, strict=True)}
     renumber = re.compile(r"#(\d+)")
     lines = [f"#{number[n]}={renumber.sub(lambda m: '#' + number[m.group(1)], body)};" for n, body in entities]
     rng.shuffle(lines)

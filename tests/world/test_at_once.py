@@ -99,9 +99,8 @@ def test_readers_see_whole_revisions_while_writers_write(target: str, tmp_path: 
 
 def stands(at: dict[str, Floats], paths: list[str], poses: Floats) -> bool:
     """Whether the parts are those of a step, and each stands where they stand there."""
-    return sorted(paths) == sorted(at) and all(
-        np.allclose(p, at[n], atol=1e-9) for n, p in zip(paths, poses, strict=True)
-    )
+    alike = (np.allclose(p, at[n], atol=1e-9) for n, p in zip(paths, poses, strict=True))
+    return sorted(paths) == sorted(at) and all(alike)
 
 
 def test_one_file_loaded_by_two_is_there_once(target: str, tmp_path: Path) -> None:

@@ -122,9 +122,7 @@ def _read_mapping(path: Path) -> tuple[str, dict[str, Any]]:
     if matrices:
         return "opencv", data
     if xml or (data and "cameras" not in data):
-        raise InputError(
-            f"{path} is of no format that a rig is read from, and has no 'cameras': see docs/calibration.md"
-        )
+        raise InputError(f"{path} is in no format a rig is read from, and has no 'cameras': see docs/calibration.md")
     return "rig", data
 
 
@@ -176,9 +174,7 @@ def _sigma(data: dict[str, Any], path: Path) -> tuple[float, float]:
     for key in ("translation_mm", "rotation_deg"):
         values[key] = float(numbers(sigma, key, path, "sigma.", ()))
         if values[key] <= 0:
-            raise InputError(
-                f"{path}: sigma.{key} is {values[key]:g}: give one standard deviation per axis, above zero"
-            )
+            raise InputError(f"{path}: sigma.{key} is {values[key]:g}: give a standard deviation per axis, above zero")
         _refuse_wide(values[key], key, f"sigma.{key}", path)
     return values["translation_mm"], float(np.radians(values["rotation_deg"]))
 

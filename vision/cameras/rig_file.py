@@ -79,11 +79,9 @@ def rigid(matrix: Floats, path: Path, name: str) -> Floats:
     r = matrix[:3, :3]
     off = max(float(np.abs(r.T @ r - np.eye(3)).max()), float(np.abs(matrix[3] - [0, 0, 0, 1]).max()))
     if off <= ROTATION_TOLERANCE and np.linalg.det(r) < 0:
-        raise InputError(f"{path}: {name} mirrors, so it is not a rigid transform: give a rotation, mm, and 0 0 0 1")
+        raise InputError(f"{path}: {name} mirrors, so it is no rigid transform: give a rotation, mm, and 0 0 0 1")
     if off > ROTATION_TOLERANCE:
-        raise InputError(
-            f"{path}: {name} is not a rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1"
-        )
+        raise InputError(f"{path}: {name} is no rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1")
     u, _, vt = np.linalg.svd(r)
     return transforms.rigid(u @ vt, matrix[:3, 3])
 
@@ -113,16 +111,12 @@ def parse_rig(data: dict[str, Any], path: Path) -> Rig:
     for name, entry in entries.items():
         where = f"cameras.{name}."
         if not isinstance(entry, dict):
-            raise InputError(
-                f"{path}: cameras.{name} is not a mapping: give it width, height, matrix and rig_from_camera"
-            )
+            raise InputError(f"{path}: cameras.{name} is no mapping: give it width, height, matrix and rig_from_camera")
         width, height = (pixel_count(entry, key, path, where) for key in ("width", "height"))
         matrix = numbers(entry, "matrix", path, where, (3, 3))
         lower = [matrix[1, 0], matrix[2, 0], matrix[2, 1], matrix[2, 2] - 1]
         if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or np.abs(lower).max() > 1e-9:
-            raise InputError(
-                f"{path}: {where}matrix is not a camera matrix: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]]"
-            )
+            raise InputError(f"{path}: {where}matrix is no camera matrix: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]]")
         cameras[str(name)] = Camera(width, height, matrix, _distortion(entry, path, where), _bits(entry, path, where))
         poses[str(name)] = rigid(
             numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera"

@@ -247,10 +247,8 @@ def segment(
 
 
 @kernel("void(f8[::1], f8[::1], f8[::1], i4[::1], i4[::1], f8[::1], f8[:, ::1])")
-def fit_arcs(
-    x: Floats, y: Floats, weight: Floats, offsets: Ints32, kinds: Ints32, moments: Floats, out: Floats
-) -> None:
-    """Final fit of each arc `offsets[i] : offsets[i + 1]`, worked in `moments` (9,): (n, 8) of
+def fit_arcs(x: Floats, y: Floats, weight: Floats, offsets: Ints32, kinds: Ints32, sums: Floats, out: Floats) -> None:
+    """Final fit of each arc `offsets[i] : offsets[i + 1]`, worked in `sums` (9,): (n, 8) of
 
     a, b, c, d (line: centroid and unit direction; circle: centre, radius, 0), weighted mean square distance, sum of
     weights, weighted mean square of the position along the line about its middle, plain mean square distance.
@@ -258,16 +256,16 @@ def fit_arcs(
     for arc in range(len(kinds)):
         begin, end = offsets[arc], offsets[arc + 1]
         ox, oy = x[(begin + end) // 2], y[(begin + end) // 2]
-        moments[:] = 0.0
+        sums[:] = 0.0
         for i in range(begin, end):
-            _add(moments, x[i] - ox, y[i] - oy, weight[i])
-        cx, cy, dx, dy, square = line_of_moments(moments)
-        out[arc, 5] = moments[0]
-        total = (moments[3] + moments[5]) / moments[0] - cx * cx - cy * cy
+            _add(sums, x[i] - ox, y[i] - oy, weight[i])
+        cx, cy, dx, dy, square = line_of_moments(sums)
+        out[arc, 5] = sums[0]
+        total = (sums[3] + sums[5]) / sums[0] - cx * cx - cy * cy
         out[arc, 6] = total - square
         plain = 0.0
         if kinds[arc] == 1:
-            a, b, r, _ = circle_of_moments(moments)
+            a, b, r, _ = circle_of_moments(sums)
             for _ in range(6):
                 h00, h01, h02, h11, h12, h22, g0, g1, g2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 for i in range(begin, end):
@@ -300,7 +298,7 @@ def fit_arcs(
                 e = sqrt(ex * ex + ey * ey) - r
                 square += weight[i] * e * e
                 plain += e * e
-            square /= moments[0]
+            square /= sums[0]
             out[arc, 0], out[arc, 1], out[arc, 2], out[arc, 3] = a + ox, b + oy, r, 0.0
         else:
             for i in range(begin, end):

@@ -307,9 +307,7 @@ def find_first_polylines(arcs: Arcs, ends: Ends, polylines: Polylines, p: Juncti
     end, step, at = end[other], step[other], at[other]
     chord, normal = _chords(arcs, polylines.point[at]), ends.curve.take(end).normals(way[step][:, None])[:, 0]
     distance = np.hypot(*(polylines.place[at] - ray[end, step]).T)
-    met = (np.abs(np.sum(chord * normal, axis=1)) > np.sin(p.min_crossing_angle) * np.hypot(*chord.T)) & (
-        distance < 1.0
-    )
+    met = (np.abs(np.sum(chord * normal, axis=1)) > np.sin(p.min_crossing_angle) * np.hypot(*chord.T)) & (distance < 1)
     end, step, at, distance = end[met], step[met], at[met], distance[met]
     order = np.lexsort((at, distance, step, end))
     found, first = np.unique(end[order], return_index=True)

@@ -144,9 +144,7 @@ class Task:
     def check(self, p: InspectionParameters) -> None:
         """Raise UsageError where it contradicts itself, or what it writes cannot be written."""
         if (self.overlay or self.crops or self.match) and not self.full_audit:
-            raise UsageError(
-                "overlay, crops and match are of rows that a minimal audit leaves out: leave out one of both"
-            )
+            raise UsageError("overlay, crops and match are of rows that a minimal audit leaves out: leave one out")
         if self.overlay is not None:
             check_writable(self.overlay)
         if self.crops is not None:

@@ -205,10 +205,10 @@ def find_faults(quality: Mapping[str, Quality], run: int, p: PictureParameters) 
             words = f"camera {name} shows next to nothing: {q.edges:.2g} edge elements to a thousand pixels "
             faults.append(Fault(name, words + f"({p.least_edges:g} needed): is it covered?", True))
         if q.mosaic > p.most_mosaic:
-            words = (
-                f"the picture of camera {name} is a raw Bayer mosaic: its pixels differ by {q.mosaic:.0f} grey in a "
+            words = f"the picture of camera {name} is a raw Bayer mosaic: its pixels differ by {q.mosaic:.0f} grey in "
+            faults.append(
+                Fault(name, words + "a pattern of two by two: have the camera or its driver demosaic it", True)
             )
-            faults.append(Fault(name, words + "pattern of two by two: have the camera or its driver demosaic it", True))
         if q.blur_px > p.noted_blur_px:
             words = f"the picture of camera {name} is blurred: its edges are spread by {q.blur_px:.1f} px "
             faults.append(Fault(name, words + f"({p.most_blur_px:g} allowed): focus it", q.blur_px > p.most_blur_px))

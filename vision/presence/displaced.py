@@ -253,14 +253,10 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     return replace(every, changed=changed).take(kept)
 
 
-def _select(
-    what: str, rows: Bools, item: Ints, nominal: Floats, value: Floats, sigma: Floats, judged: Bools
-) -> Measures:
+def _select(what: str, rows: Bools, item: Ints, nominal: Floats, value: Floats, sigma: Floats, told: Bools) -> Measures:
     """Some rows of sizes of one kind; `changed` is whether they may count as such."""
-    count = int(rows.sum())
-    return Measures(
-        item[rows], np.full(count, NONE), [what] * count, nominal[rows], value[rows], sigma[rows], judged[rows]
-    )
+    n = int(rows.sum())
+    return Measures(item[rows], np.full(n, NONE), [what] * n, nominal[rows], value[rows], sigma[rows], told[rows])
 
 
 def _thicknesses(items: Items, surfaces: SceneSurfaces, measured: Bools) -> tuple[Floats, Floats]:

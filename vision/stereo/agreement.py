@@ -58,9 +58,8 @@ def find_shared_points(greys: Mapping[str, Bytes | Floats], rig: Rig) -> SharedP
         return SharedPoints(np.zeros((0, 2)), np.zeros((0, 2)))
     matcher = cv2.BFMatcher(cv2.NORM_L2)
     back = np.array([it.trainIdx for it in matcher.match(second, first)])
-    pairs = np.array(
-        [(a.queryIdx, a.trainIdx, a.distance, b.distance) for a, b in matcher.knnMatch(first, second, k=2)]
-    )
+    two = matcher.knnMatch(first, second, k=2)
+    pairs = np.array([(a.queryIdx, a.trainIdx, a.distance, b.distance) for a, b in two])
     rows, columns = pairs[:, :2].astype(int).T
     kept = (pairs[:, 2] < RATIO * pairs[:, 3]) & (back[columns] == rows)
     return SharedPoints(one[rows[kept]], other[columns[kept]])

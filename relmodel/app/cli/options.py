@@ -70,9 +70,7 @@ EVERY_VERB = (
     option("--quiet", action="store_true", help="print only data and errors: no messages, no progress"),
     option("--debug", action="store_true", help="print the traceback of an internal error"),
 )
-FORMAT = option(
-    "--format", choices=("table", "json", "csv"), default="table", help="how data is printed (default: table)"
-)
+FORMAT = option("--format", choices=("table", "json", "csv"), default="table", help="how data prints (default: table)")
 ALL = option("--all", action="store_true", help="print all rows and columns of the table, however long and wide")
 WORLD = option("--world", metavar="NAME", help="the world, where the store has several")
 VARIANT = option("--variant", default="", help="its variant, where it has several")

@@ -100,9 +100,7 @@ def label_picture(
                 points = max(rings[name], key=len) if rings.get(name) else np.concatenate(own)
                 middle = (points.min(axis=0) + points.max(axis=0)) / 2
                 found[-1].append(Balloon(label, link, middle, state))
-    count = [
-        (sum(b.label[0] == "F" for b in own), len(own), bool(it.edges)) for own, it in zip(found, seen, strict=True)
-    ]
+    count = [(sum(b.label[0] == "F" for b in own), len(own), bool(s.edges)) for own, s in zip(found, seen, strict=True)]
     best = max(range(len(seen)), key=lambda n: (count[n], -n))
     row, shown = seen[best].row, found[best][:_MOST_BALLOONS]
     faces = Markup("").join(c.face(row.camera) for c in findings)

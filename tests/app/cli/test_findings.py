@@ -106,9 +106,8 @@ def test_a_boss_that_is_gone_with_its_bore_is_one_finding(target: str) -> None:
     boss, bore, hole = "BODY/boss 3", "BODY/through_hole 22", "BODY/through_hole 33"
     with Store.open(target) as store:
         gone = stop(store, [(path, "contradicted", 9.0) for path in (boss, bore, hole)])
-        wider = stop(
-            store, [(boss, "contradicted", 9.0), (bore, "changed", 9.0)], [(bore, "diameter", 10.0, 12.0, True)]
-        )
+        states = [(boss, "contradicted", 9.0), (bore, "changed", 9.0)]
+        wider = stop(store, states, [(bore, "diameter", 10.0, 12.0, True)])
         lead = "SELECT path, together FROM finding WHERE run_id = :run ORDER BY path"
         one, both = asked(store, lead, run=gone), asked(store, lead, run=wider)
     assert one == [(f"bulkhead/{boss}", f"bulkhead/{bore}"), (f"bulkhead/{hole}", None)]
@@ -167,9 +166,8 @@ def test_a_part_is_another_variant_by_the_newest_usable_stop_that_weighed_some(t
     weighed = "INSERT INTO variant_evidence VALUES (:run, :rank, 0, :variant, :placed, :odds, 0, 9, NULL)"
     words = "SELECT part_verdict, mood, variant IS NULL, outcome FROM serial_outcome WHERE serial = 'SN1'"
     with Store.open(target) as store:
-        other, placed = (
-            int(row[0]) for row in asked(store, "SELECT id FROM object_variant ORDER BY name DESC LIMIT 2")
-        )
+        variants = asked(store, "SELECT id FROM object_variant ORDER BY name DESC LIMIT 2")
+        other, placed = (int(row[0]) for row in variants)
         said = []
         for odds, verdict in ((0.0, "accepted"), (50.0, "accepted"), (0.0, "ambiguous"), (0.0, "accepted")):
             run = stop(store, [(RIB, "changed", 9.0)], verdict=verdict)

@@ -255,7 +255,7 @@ def test_glb_has_world_rig_and_cameras(inspection: Inspection, tmp_path: Path) -
 
 def test_what_is_no_inspection_is_refused(blocks_seen: Inspection, tmp_path: Path, capsys: Capsys) -> None:
     for words, said in (
-        (["--run", "1", "-o", "a.json"], "is not an inspection"),
+        (["--run", "1", "-o", "a.json"], "is no inspection"),
         (["--run", "first", "-o", "a.json"], "names no run"),
         (["--run", "last", "-o", "a.csv"], "use .glb, .json, .qif, or name a folder"),
         (["blocks", "--run", "last", "-o", "a.json"], "OBJECT or --run RUN"),

@@ -83,9 +83,7 @@ def test_what_the_file_states_becomes_attributes(template: str) -> None:
         query = "SELECT surface_no, name, value_text FROM surface_attribute ORDER BY surface_no"
         assert asked(store, query) == [(0, "colour", "#ff0000"), (1, "layer", "mating"), (2, "colour", "#ff0000")]
         assert asked(store, "SELECT arc_no, name, value_text FROM arc_attribute") == [(0, "name", "datum edge")]
-        query = (
-            "SELECT o.name, a.name, a.value_number FROM object_attribute AS a JOIN object AS o ON o.id = a.object_id"
-        )
+        query = "SELECT o.name, a.name, value_number FROM object_attribute AS a JOIN object AS o ON o.id = object_id"
         assert asked(store, query) == [("inner", "mass", 0.5)]
         ((mass, volume),) = asked(store, "SELECT mass, volume FROM part_mass")
         assert volume == pytest.approx(1e6)  # 100 x 200 x 50

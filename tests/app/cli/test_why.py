@@ -35,9 +35,8 @@ def test_each_arc_has_one_decision_and_a_sentence(of_engine: Inspection) -> None
         assert {(r.camera, r.image_arc_no) for r in decided if r.matched} == {tuple(r) for r in taken}
         assert all(r.sentence and r.rule for r in decided)
         of_model = "SELECT count(*) FROM {} WHERE run_id = :run"
-        assert asked(store, of_model.format("why_view_arc"), run=run) == asked(
-            store, of_model.format("view_arc"), run=run
-        )
+        why, whole = (asked(store, of_model.format(it), run=run) for it in ("why_view_arc", "view_arc"))
+        assert why == whole
         account = asked(
             store,
             "SELECT sum(a.supported_px), p.supported_px FROM view_arc AS a JOIN presence AS p ON p.run_id = a.run_id"

@@ -54,9 +54,8 @@ def test_ellipses_are_those_of_the_arcs_that_show_enough_with_what_is_known_of_t
         t = 2 * np.pi * share * np.arange(count) / (count - (share < 1))
         radial = 1 + noise * np.where(np.arange(count) % 2, 1, -1) / a
         u, v = radial * a * np.cos(t), radial * b * np.sin(t)
-        points.append(
-            np.column_stack([x + np.cos(turn) * u - np.sin(turn) * v, y + np.sin(turn) * u + np.cos(turn) * v])
-        )
+        cosine, sine = np.cos(turn), np.sin(turn)
+        points.append(np.column_stack([x + cosine * u - sine * v, y + sine * u + cosine * v]))
         length.append(2 * np.pi * np.sqrt((a * a + b * b) / 2) * share)
         rough.append(noise)
     offsets = np.concatenate([[0], np.cumsum([len(p) for p in points])])
@@ -165,12 +164,8 @@ def cosine_of(lines: Lines, i: int, j: int) -> float:
     return float(d @ e / np.linalg.norm(d) / np.linalg.norm(e))
 
 
-POSES = perturb(
-    np.eye(4),
-    np.array(
-        [[0, 0, 0, 0, 0, 0], [2, -1, 9, 0.002, 0.001, 0], [-9, 3, 30, 0.01, 0.02, -0.02], [250, 90, 0, 0, 0, 1.5]]
-    ),
-)
+MOVES = [[0, 0, 0, 0, 0, 0], [2, -1, 9, 0.002, 0.001, 0], [-9, 3, 30, 0.01, 0.02, -0.02], [250, 90, 0, 0, 0, 1.5]]
+POSES = perturb(np.eye(4), np.array(MOVES))
 
 
 def test_scores_are_the_log_odds_that_loops_find() -> None:

@@ -96,9 +96,7 @@ def frame(size: Floats, at: tuple[float, ...] = (0.0,), cosine: float = 0.0) -> 
                 t = np.arange(size[axis]) + 0.5
                 line = np.zeros((len(t), 3))
                 line[:, axis] = t
-                line[:, (axis + 1) % 3], line[:, (axis + 2) % 3] = (
-                    np.array([u % 2, u // 2]) * size[[axis - 2, axis - 1]]
-                )
+                line[:, [(axis + 1) % 3, (axis + 2) % 3]] = np.array([u % 2, u // 2]) * size[[axis - 2, axis - 1]]
                 point.append(line + np.array([shift, 0, 0]))
                 tangent.append(np.tile(np.eye(3)[axis], (len(t), 1)))
                 arc.append(np.full(len(t), len(arc)))

@@ -31,9 +31,8 @@ BENT = Camera(1280, 960, MATRIX, np.array([-0.2, 0.08, 0.001, -0.0005, 0.0]))
 def before_the_camera(count: int, seed: int) -> Circles:
     """Circles that face a camera at its place, at all angles up to 75 degrees."""
     rng = np.random.default_rng(seed)
-    centre = np.column_stack(
-        [rng.uniform(-200, 200, count), rng.uniform(-150, 150, count), rng.uniform(600, 900, count)]
-    )
+    columns = [rng.uniform(*bounds, count) for bounds in ((-200, 200), (-150, 150), (600, 900))]
+    centre = np.column_stack(columns)
     normal = rng.normal(size=(count, 3))
     ray = centre / np.linalg.norm(centre, axis=1, keepdims=True)
     normal -= np.einsum("ij,ij->i", normal, ray)[:, None] * ray
@@ -58,9 +57,8 @@ def picture_of(c: Circles, camera: Camera) -> Primitives:
     pixels = draw(c, camera)
     step = np.linalg.norm(np.diff(pixels, axis=1, append=pixels[:, :1]), axis=2)
     place, count = pixels.reshape(-1, 2), pixels.shape[1]
-    arcs = SimpleNamespace(
-        kind=np.full(len(c), ELLIPTIC), length=step.sum(axis=1), offsets=np.arange(len(c) + 1) * count
-    )
+    offsets = np.arange(len(c) + 1) * count
+    arcs = SimpleNamespace(kind=np.full(len(c), ELLIPTIC), length=step.sum(axis=1), offsets=offsets)
     return cast(Primitives, SimpleNamespace(arcs=arcs, elements=SimpleNamespace(x=place[:, 0], y=place[:, 1])))
 
 

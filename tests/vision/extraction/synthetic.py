@@ -97,9 +97,8 @@ def sectors(
             for i, turn in enumerate(turns):
                 following = turns[(i + 1) % len(turns)]
                 width = (following - turn) % (2 * np.pi)
-                share = _sector(
-                    u / blur, v / blur, *((turn, following) if width <= np.pi + 1e-12 else (following, turn))
-                )
+                ends = (turn, following) if width <= np.pi + 1e-12 else (following, turn)
+                share = _sector(u / blur, v / blur, *ends)
                 shares.append(share if width <= np.pi + 1e-12 else 1.0 - share)
             out += wx * wy * np.tensordot(greys, np.stack(shares), 1)
     return out

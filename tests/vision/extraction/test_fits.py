@@ -89,9 +89,8 @@ def test_deviations_from_ellipses_are_distances_that_change_with_the_parameters_
     np.testing.assert_allclose(near.distance, 1e-4, rtol=1e-2)
     jacobian = fits.of_ellipses(*xy(on), seen, ellipses, which)
     for k, step in enumerate(1e-5 * np.eye(5)):
-        up, down = (
-            measure_from_ellipses(*xy(on), some(SHAPES + s), which, np.ones(24)).distance for s in (step, -step)
-        )
+        two = (measure_from_ellipses(*xy(on), some(SHAPES + s), which, np.ones(24)) for s in (step, -step))
+        up, down = (it.distance for it in two)
         np.testing.assert_allclose(jacobian[:, k], (up - down) / 2e-5, atol=1e-3)
 
 

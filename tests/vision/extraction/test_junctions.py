@@ -1,5 +1,6 @@
 """Junctions against sectors that meet at known places, and the ends of arcs that close there."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -201,10 +202,9 @@ def test_circles_touch_lines_circles_and_ellipses_as_surely_as_their_parameters_
     off = np.array([[-0.06, 0.08], [0, 0], [0, 0]])
     found = find_osculating_circles(arcs, point, x[point] + off[:, 0], y[point] + off[:, 1], P)
     np.testing.assert_allclose(np.column_stack([found.x, found.y]), np.column_stack([x, y])[point], atol=1e-6)
-    tangents = [line[9] - line[7], ring[14] - ring[16], oval[21] - oval[19]]
-    np.testing.assert_allclose(
-        np.column_stack([found.tx, found.ty]), [t / np.linalg.norm(t) for t in tangents], atol=1e-4
-    )
+    tangents = np.array([line[9] - line[7], ring[14] - ring[16], oval[21] - oval[19]])
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    np.testing.assert_allclose(np.column_stack([found.tx, found.ty]), tangents, atol=1e-4)
     a = t[20]
     bend = 50 * 30 / (2500 * np.sin(a) ** 2 + 900 * np.cos(a) ** 2) ** 1.5
     np.testing.assert_allclose(found.curvature, [0, -1 / 40, bend], atol=1e-9)
@@ -308,9 +308,7 @@ def test_ends_meet_the_first_polyline_ahead_that_they_do_not_run_along(seed: int
     places = sample_polylines(arcs, (70, 80))
     curve = touching(seed, 14)
     shift = np.random.default_rng(seed).uniform(-75, -45, (2, 14))
-    curve = OsculatingCircles(
-        curve.x + shift[0], curve.y + shift[1], curve.tx, curve.ty, curve.curvature, curve.variance
-    )
+    curve = replace(curve, x=curve.x + shift[0], y=curve.y + shift[1])
     hit, far = find_first_polylines(arcs, Ends(np.arange(14), np.full(14, END), curve), places, P)
     for k in range(14):
         expected = (-1, np.inf)

@@ -26,19 +26,17 @@ class Errors:
     tolerance_mm: float = 0.0
 
 
-def draw_edges(
-    scene: Scene, rig: Rig, truth: Floats, errors: Errors, rng: np.random.Generator
-) -> dict[str, EdgePoints]:
+def draw_edges(scene: Scene, rig: Rig, truth: Floats, off: Errors, rng: np.random.Generator) -> dict[str, EdgePoints]:
     """Elements where a pose projects the arcs of a scene, with errors drawn, and 3,000 of clutter a picture."""
-    shift = rng.normal(0, errors.tolerance_mm, (len(scene.occurrence_of_arc), 3))
+    shift = rng.normal(0, off.tolerance_mm, (len(scene.occurrence_of_arc), 3))
     out = {}
     for name, camera in rig.cameras.items():
         pose = truth @ rig.rig_from_camera[name]
         seen = find_visible_arcs(scene, camera, pose)
         normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
         moved, _ = camera.project((seen.point + shift[seen.arc] - pose[:3, 3]) @ pose[:3, :3])
-        across = rng.normal(0, errors.noise_px, len(normal)) + rng.normal(0, errors.arc_px, len(shift))[seen.arc]
-        out[name] = among_clutter(camera, moved + normal * across[:, None], normal, errors.noise_px, rng)
+        across = rng.normal(0, off.noise_px, len(normal)) + rng.normal(0, off.arc_px, len(shift))[seen.arc]
+        out[name] = among_clutter(camera, moved + normal * across[:, None], normal, off.noise_px, rng)
     return out
 
 
@@ -70,15 +68,13 @@ def scattered_edges(
     return EdgePoints(position, normal, rng.uniform(*contrast, count), np.full(count, 0.1), low, high, 200.0)
 
 
-def among_clutter(
-    camera: Camera, position: Floats, normal: Floats, sigma: float, rng: np.random.Generator
-) -> EdgePoints:
+def among_clutter(camera: Camera, place: Floats, normal: Floats, sigma: float, rng: np.random.Generator) -> EdgePoints:
     """Elements (n, 2) of a picture, and 3,000 others, of less contrast, anywhere in it."""
     clutter = rng.uniform([6, 6], [camera.width - 7, camera.height - 7], (3000, 2))
     angle = rng.uniform(0, 2 * np.pi, 3000)
     contrast = np.concatenate([rng.uniform(40, 120, len(normal)), rng.uniform(5, 20, 3000)])
     return EdgePoints(
-        np.concatenate([position, clutter]),
+        np.concatenate([place, clutter]),
         np.concatenate([normal, np.stack([np.cos(angle), np.sin(angle)], axis=1)]),
         contrast,
         np.full(len(contrast), sigma),

@@ -455,9 +455,7 @@ def test_a_part_is_missing_where_that_is_the_likeliest(
     places = SimpleNamespace(occurrence=np.array([1]), log_odds=np.array([displaced]), **moved)
     faces = SimpleNamespace(moved=np.array([True, False, True, True]), log_odds=np.array([50, 0, resized, resized]))
     it = Uncovered(np.array([np.nan, beneath]), np.array([np.nan, own]))
-    signs = SimpleNamespace(
-        displacements=cast(Displacements, places), surfaces=cast(SceneSurfaces, faces), uncovered=it
-    )
+    signs = SimpleNamespace(displacements=places, surfaces=faces, uncovered=it)
     found = find_missing(cast(Items, items), cast(Signs, signs), P.states)
     assert found.tolist() == [False, missing, False, False, missing, missing]
 

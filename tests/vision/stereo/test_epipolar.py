@@ -98,9 +98,8 @@ def test_rows_are_matched_at_least_cost() -> None:
         made = chosen >= 0
         assert np.all(np.diff(chosen[made]) > 0)
         assert np.all(np.isin(chosen[made], j))
-        paid = cost[np.flatnonzero(made), chosen[made] - start[1][row]].sum() + skip * (
-            len(i) + len(j) - 2 * made.sum()
-        )
+        paid = cost[np.flatnonzero(made), chosen[made] - start[1][row]].sum()
+        paid += skip * (len(i) + len(j) - 2 * made.sum())
         assert paid == pytest.approx(least_by_enumeration(cost, skip))
 
 

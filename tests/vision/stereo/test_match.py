@@ -105,9 +105,8 @@ def boxes_of(arcs: StereoArcs, rng: np.random.Generator, move: float) -> RegionC
     corner = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     owner = np.repeat(np.arange(count), 1 + np.arange(count) % 2)
     hole = np.diff(owner, prepend=-1) == 0
-    rings = [
-        low[k] + size[k] * (0.25 + 0.5 * corner if inner else corner) for k, inner in zip(owner, hole, strict=True)
-    ]
+    inner = 0.25 + 0.5 * corner
+    rings = [low[k] + size[k] * (inner if within else corner) for k, within in zip(owner, hole, strict=True)]
     border = rng.integers(0, (count, len(arcs)), (90, 2)) if len(arcs) else np.zeros((0, 2), np.int64)
     none = dict.fromkeys(("x0", "y0", "x1", "y1", "variance", "saturated_share"), np.zeros(count))
     return RegionColumns(

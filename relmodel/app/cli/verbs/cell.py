@@ -37,9 +37,7 @@ if TYPE_CHECKING:
     from vision.planning import Plan, PlanOptions
 
 
-@verb(
-    "relmodel world cell.yaml --store cell.duckdb", option("file", type=Path, metavar="FILE", help="world file (YAML)")
-)
+@verb("relmodel world cell.yaml --store cell.duckdb", option("file", type=Path, metavar="FILE", help="world (YAML)"))
 def world(args: argparse.Namespace) -> int:
     """Place objects in a world, as a world file says."""
     from relmodel.app.cli.progress import shown
@@ -162,9 +160,7 @@ def _check_rig(args: argparse.Namespace) -> int:
     option("--sigma-mm", type=float, default=5.0, help="how surely the rig is there: one sigma an axis (default: 5)"),
     option("--sigma-deg", type=float, default=0.5, help="the same for its rotation (default: 0.5)"),
     option("--found", type=Path, metavar="POSE", help="the pose found: JSON of inspect, or YAML"),
-    joint_sigmas(
-        "with --found: correct this joint too; --sigma-mm and --sigma-deg then say how well the base is known"
-    ),
+    joint_sigmas("with --found: correct this joint too; --sigma-mm and --sigma-deg say how well the base is known"),
 )
 def where(args: argparse.Namespace) -> int:
     """Say where a mounted rig is: from the arm's base, its joints and the mount.
@@ -288,9 +284,7 @@ def _summary(plan: Plan) -> str:
 @verb(
     "relmodel find --box 1650 -480 960 1700 -440 990 --level feature --store demo/cell.duckdb",
     one_of(
-        option(
-            "--box", nargs=6, type=float, metavar=("x0", "y0", "z0", "x1", "y1", "z1"), help="a box in the world, mm"
-        ),
+        option("--box", nargs=6, type=float, metavar=("x0", "y0", "z0", "x1", "y1", "z1"), help="box in the world, mm"),
         option(
             "--obb",
             nargs=9,
@@ -314,9 +308,7 @@ def _summary(plan: Plan) -> str:
             help="what is nearest to a point, or to a way of straight pieces between points, mm: parts, or what "
             "--level says",
         ),
-        option(
-            "--near-to-part", metavar="PATH", help="the same to a placed part, of which this is the path in the world"
-        ),
+        option("--near-to-part", metavar="PATH", help="the same to the placed part of this path in the world"),
         required=True,
     ),
     option("--tool", type=Path, metavar="FILE.yaml", help="with --near-to: a tool, the hull of points [x, y, z], mm"),
@@ -324,9 +316,7 @@ def _summary(plan: Plan) -> str:
     option("--count", type=int, help="how many of the nearest (default: 5)"),
     option("--wholly", action="store_true", help="only what lies wholly inside the volume"),
     option("--at", type=Path, metavar="POSE.yaml", help="where the rig is: a file that says world_from_rig"),
-    option(
-        "--prior", type=Path, metavar="PRIOR.yaml", help="where the rig may be: the view is widened to hold all of it"
-    ),
+    option("--prior", type=Path, metavar="PRIOR.yaml", help="where the rig may be: the view is widened to hold it all"),
     option("--near", type=float, default=10.0, help="least depth of the view, mm (default: 10)"),
     option("--far", type=float, default=10_000.0, help="greatest depth of the view, mm (default: 10000)"),
     option("--level", choices=("part", "feature", "surface", "arc"), help="what is looked for"),
