@@ -105,9 +105,7 @@ def render(folder: Path, seed: int, models: int, only: list[str]) -> None:
         subprocess.run([*run, "examples.render.trials", str(folder.parent), *told], check=True)
 
 
-def inspect_strangers(
-    folder: Path, trials: list[Stranger], draw: Callable[[Result, Inspection], None]
-) -> Iterator[Result]:
+def inspect_all(folder: Path, trials: list[Stranger], draw: Callable[[Result, Inspection], None]) -> Iterator[Result]:
     """Each trial against its model, which is loaded once."""
     for model, of_model in groupby(trials, lambda stranger: stranger.model):
         some = list(of_model)
@@ -337,7 +335,7 @@ def main() -> int:
     results = []
     trials = list(strangers(args.seed, models, args.only))
     with args.json.open("w") if args.json else nullcontext() as lines:
-        for result in chain(inspect_strangers(folder, trials, draw), () if args.only else inspect_prints(args.folder)):
+        for result in chain(inspect_all(folder, trials, draw), () if args.only else inspect_prints(args.folder)):
             results.append(result)
             print(f"\r{len(results)} {result.name:40}", end="", file=sys.stderr, flush=True)
             if lines:

@@ -105,15 +105,13 @@ def _shadow(vertices: Array, triangles: npt.NDArray[np.int64], spot: Array, grou
     return out
 
 
-def _rays(
-    vertices: Array, triangles: npt.NDArray[np.int64], origins: Array, directions: Array
-) -> npt.NDArray[np.int64]:
+def _rays(vertices: Array, faces: npt.NDArray[np.int64], origins: Array, directions: Array) -> npt.NDArray[np.int64]:
     """First triangle that each ray meets (n,), -1 for none."""
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 
     scene = EmbreeScene()
-    TriangleMesh(scene, vertices[triangles].astype(np.float32))
+    TriangleMesh(scene, vertices[faces].astype(np.float32))
     found = scene.run(np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32))
     return np.asarray(found, np.int64)
 

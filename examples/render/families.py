@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from itertools import groupby
 from typing import Any
 
@@ -146,6 +146,7 @@ def _merged(shape: Shape) -> Shape:
     return one_solid(unify.Shape())
 
 
+@cache
 def body(design: Design) -> Shape:
     """The one valid solid of a design without its bolts.  Raises RuntimeError where the kernel makes none."""
     shape: Shape = None
@@ -159,6 +160,15 @@ def body(design: Design) -> Shape:
     return _merged(shape)
 
 
+def can_make(design: Design) -> bool:
+    """Whether the kernel can make a design: it cannot round all edges."""
+    try:
+        body(design)
+    except RuntimeError:
+        return False
+    return True
+
+
 def fastener(d: float, length: float, socket: bool) -> Shape:
     """A bolt of a diameter that sits on z = 0: a hexagon on a washer, or a cap with a hexagon socket."""
     shank = cylinder((0.0, 0.0), d / 2, (-length, 0.5))
@@ -169,9 +179,8 @@ def fastener(d: float, length: float, socket: bool) -> Shape:
 
     if socket:
         cap = _chamfered(cylinder((0.0, 0.0), 0.75 * d, (0.0, d)), d, 0.06 * d)
-        return boolean(
-            BRepAlgoAPI_Cut(), boolean(BRepAlgoAPI_Fuse(), cap, [shank]), [hexagon(0.75 * d, (0.5 * d, d + 1))]
-        )
+        whole = boolean(BRepAlgoAPI_Fuse(), cap, [shank])
+        return boolean(BRepAlgoAPI_Cut(), whole, [hexagon(0.75 * d, (0.5 * d, d + 1))])
     washer = cylinder((0.0, 0.0), 1.05 * d, (0.0, 0.2 * d))
     return boolean(BRepAlgoAPI_Fuse(), shank, [washer, hexagon(1.6 * d, (0.1 * d, 0.85 * d))])
 
@@ -366,7 +375,8 @@ FAMILIES = {f.__name__: f for f in (housing, bracket, turned, plate, sheet, cast
 
 
 def draw(family: str, seed: int, details: int = 0) -> Design:
-    """A part of a family; other details give another of like outline.  Above 3, dimensions are in halves of a mm."""
+    """A part of a family, rounded by less where it must; other details give another of like outline.  Above 3,
+    dimensions are in halves of a mm."""
 
     def numbers(stream: list[int]) -> Number:
         rng = np.random.default_rng(stream)
@@ -377,4 +387,5 @@ def draw(family: str, seed: int, details: int = 0) -> Design:
 
         return number
 
-    return FAMILIES[family](numbers([seed, 31]), numbers([seed, 32, details]))
+    design = FAMILIES[family](numbers([seed, 31]), numbers([seed, 32, details]))
+    return next(it for k in (1.0, 0.7, 0.4) if can_make(it := replace(design, fillet=k * design.fillet)))

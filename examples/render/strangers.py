@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from examples.render.draws import draw_finish, draw_table_view
-from examples.render.families import FAMILIES, Design, changes, draw, make
+from examples.render.families import FAMILIES, Design, can_make, changes, draw, make
 from examples.render.files import STATED
 from examples.render.lights import table
 from examples.render.model import Component, tessellate
@@ -182,7 +182,8 @@ def show(stranger: Stranger, folder: Path) -> None:
         found = list(changes(design, stranger.kind, rng))
         order = [found[i] for i in rng.permutation(len(found))]
         lengths = [edge_px(edges, change.reach, caster, view) for change, _ in order]
-        number = next((i for i, px in enumerate(lengths) if max(px.values()) >= LEAST_EDGE_PX), 0)
+        fit = (i for i, px in enumerate(lengths) if max(px.values()) >= LEAST_EDGE_PX and can_make(order[i][1]))
+        number = next(fit, 0)
         head["change"] = asdict(order[number][0]) | {"edge_px": lengths[number]}
         shown = components_of(order[number][1])
     elif stranger.kind == "stretched":

@@ -24,9 +24,8 @@ from tests.reading import store_model
 
 def eyes(height: int, width: int) -> Floats:
     """At the centres of pixels, before all triangles."""
-    return np.stack(
-        [*np.meshgrid(np.arange(float(width)), np.arange(float(height))), np.full((height, width), -99.0)], -1
-    )
+    x, y = np.meshgrid(np.arange(float(width)), np.arange(float(height)))
+    return np.stack([x, y, np.full((height, width), -99.0)], -1)
 
 
 def test_each_pixel_shows_the_nearest_triangle_at_its_centre() -> None:

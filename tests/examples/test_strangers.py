@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("OCP")
 
 
-from examples.render.families import FAMILIES, body, changes, draw
+from examples.render.families import FAMILIES, body, can_make, changes, draw
 from examples.render.strangers import components_of, edge_px, move_px, sharp_edges, stretch
 from examples.render.truth import Caster
 from tests.examples.test_trials import from_above
@@ -33,6 +33,10 @@ def bounds(shape: Any) -> Any:
     box = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, box, False, False)
     return np.array([[c.X(), c.Y(), c.Z()] for c in (box.CornerMin(), box.CornerMax())])
+
+
+def test_what_the_kernel_cannot_round_is_not_made() -> None:
+    assert [can_make(replace(draw("casting", 5), fillet=fillet)) for fillet in (2.0, 40.0)] == [True, False]
 
 
 @pytest.mark.parametrize(("family", "kind"), list(zip(FAMILIES, 2 * ["missing", "resized", "offset"], strict=True)))

@@ -36,14 +36,12 @@ def random_volumes(rng: np.random.Generator, count: int) -> list[Volume]:
     return volumes
 
 
-def met_by_kernel(
-    volumes: list[Volume], triangles: np.ndarray, transforms: np.ndarray, wholly: bool = False
-) -> np.ndarray:
+def met_by_kernel(volumes: list[Volume], triangles: np.ndarray, poses: np.ndarray, wholly: bool = False) -> np.ndarray:
     """Triangle i, placed by transform i, against volume i."""
     table, number = VolumeTable.of(volumes), np.arange(len(volumes))
     inner = np.array([v.inner_point for v in volumes])
     first, solid = np.arange(len(triangles) + 1), np.zeros(len(triangles), bool)
-    placed = table.half_spaces, table.start, table.balls, inner, number, transforms, number, triangles
+    placed = table.half_spaces, table.start, table.balls, inner, number, poses, number, triangles
     found = meet_volumes(*placed, first, solid, np.zeros(len(triangles)), wholly)
     return np.asarray(found)
 

@@ -83,9 +83,8 @@ def rows(new_store: NewStore, tmp_path_factory: pytest.TempPathFactory) -> dict[
             "shape_arc",
         )  # fmt: skip
         with store.read() as connection:
-            return {
-                name: [dict(row._mapping) for row in connection.execute(store.table(name).select())] for name in names
-            }
+            found = {name: connection.execute(store.table(name).select()) for name in names}
+            return {name: [dict(row._mapping) for row in rows] for name, rows in found.items()}
 
 
 def test_nodes_stand_where_their_frames_put_them(rows: dict[str, list[dict[str, Any]]]) -> None:

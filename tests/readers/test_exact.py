@@ -350,9 +350,8 @@ def faces_of_every_curve() -> list[Any]:
         flat.SetValue(i + 1, gp_Pnt2d(u, v))
     bent = Geom2d_BezierCurve(flat)
     for drawn in (Geom2d_OffsetCurve(oval, 0.05), oval):
-        halves = [
-            BRepBuilderAPI_MakeEdge(Geom2d_TrimmedCurve(drawn, t, t + np.pi), cylinder).Edge() for t in (0.0, np.pi)
-        ]
+        both = [Geom2d_TrimmedCurve(drawn, t, t + np.pi) for t in (0.0, np.pi)]
+        halves = [BRepBuilderAPI_MakeEdge(half, cylinder).Edge() for half in both]
         out.append(BRepBuilderAPI_MakeFace(cylinder, BRepBuilderAPI_MakeWire(*halves).Wire()).Face())
     base = Geom2d_TrimmedCurve(Geom2d_Line(gp_Pnt2d(2.5, 0.0), gp_Dir2d(-1.0, 0.0)), 0.0, 2.0)
     sides = [BRepBuilderAPI_MakeEdge(curve, cylinder).Edge() for curve in (bent, base)]

@@ -328,9 +328,8 @@ def test_pmi_goes_along_where_congruent_shapes_become_one(tmp_path: Path) -> Non
     first, second = model.parts
     before = model.shapes[second.shape].surfaces
     centre = [np.array([before[f"centroid_{c}"][i] for c in "xyz"]) for i in range(6)]
-    pmi = [
-        Pmi("datum", "feature", "", datums=((1, c, None),), surfaces=((i, "feature"),)) for i, c in enumerate("ABCDEF")
-    ]
+    named = enumerate("ABCDEF")
+    pmi = [Pmi("datum", "feature", "", datums=((1, c, None),), surfaces=((i, "feature"),)) for i, c in named]
     model = share(replace(model, parts=(first, replace(second, pmi=tuple(pmi)))))
     first, second = model.parts
     assert first.shape == second.shape == 0

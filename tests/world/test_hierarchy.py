@@ -165,9 +165,8 @@ def test_nested_robots_take_their_joints(duckdb_file: Path, tmp_path: Path) -> N
     arm, tool = "cart/left_arm", "cart/left_arm/flange/tool"
     joints = {f"{arm}/travel": 200.0, f"{arm}/tilt_deg": 20.0, f"{arm}/face": 0.7, f"{tool}/tilt": -0.5}
     with Store.open(duckdb_file) as store:
-        place_world(
-            store, bay(store, tmp_path, joints), write_rig=lambda r, c, _, path: record_rig(r, c, read_rig(path))
-        )
+        file = bay(store, tmp_path, joints)
+        place_world(store, file, write_rig=lambda r, c, _, path: record_rig(r, c, read_rig(path)))
         first = links_by_hand(200, np.radians(20), 0.7)
         boom = transform((0.3, 0, 0.2), (0, 0, 1000)) @ transform((0, -0.5, 0))
         world_from_arm = WORLD_FROM_BAY @ BAY_FROM_CART @ CART_FROM_CRANE

@@ -102,9 +102,7 @@ def test_the_object_and_the_variant_are_named_with_where_they_are(held: Held) ->
     assert answer["considered"][0]["object_from_rig"] == answer["world_from_rig"]
 
 
-def test_the_rows_of_one_picture_say_what_its_camera_is_what_should_be_seen_and_that_there_was_no_prior(
-    held: Held,
-) -> None:
+def test_the_rows_of_one_picture_say_what_camera_what_should_be_seen_and_that_there_was_no_prior(held: Held) -> None:
     with Store.open(held.store, read_only=True) as store:
 
         def ask(question: str) -> list[Any]:

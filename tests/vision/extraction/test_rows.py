@@ -32,9 +32,8 @@ TURN = 0.5
 
 def turned(x: Floats, y: Floats) -> Floats:
     """Coordinates along the axes of the ellipse in the middle of the picture, px."""
-    return np.stack(
-        [(x - 70) * np.cos(TURN) + (y - 60) * np.sin(TURN), (y - 60) * np.cos(TURN) - (x - 70) * np.sin(TURN)]
-    )
+    cosine, sine = np.cos(TURN), np.sin(TURN)
+    return np.stack([(x - 70) * cosine + (y - 60) * sine, (y - 60) * cosine - (x - 70) * sine])
 
 
 def distance(x: Floats, y: Floats) -> Floats:

@@ -37,9 +37,7 @@ ROWS: dict[str, dict[str, Any]] = {
         "surface_a": np.array([2.0, 7, np.nan, 3, 9]), "surface_b": np.array([7, 2, 2, None, 3], object),
         **{name: np.array([*np.split(v[0], [2, 5]), *np.split(v[1], [5])], object) for name, v in SAMPLES.items()},
     },
-    "scene/cylinders": {
-        "shape_id": np.array([4, 5]), "surface_no": np.array([7, 9]), "radius": np.array([12.5, 3.0]),
-    },
+    "scene/cylinders": {"shape_id": np.array([4, 5]), "surface_no": np.array([7, 9]), "radius": np.array([12.5, 3.0])},
     "scene/features": {"shape_id": np.array([4])},
     "object/expansion": {
         "part_id": np.array([-1, 8]), "path": np.array(["whole", "part"], object), "shape_id": np.array([0, 4]),
