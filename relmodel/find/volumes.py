@@ -339,9 +339,7 @@ def widened(view: Frustum, covariance: Floats, confidence: float, rig_from_camer
     finite = covariance.shape == (6, 6) and np.isfinite(covariance).all()
     slack = 1e-9 * (1 + np.abs(covariance).max()) if finite else 0.0
     if not finite or np.abs(covariance - covariance.T).max() > slack or np.linalg.eigvalsh(covariance)[0] < -slack:
-        raise InputError(
-            "the pose's covariance is invalid: give a symmetric 6x6 matrix, (t mm, r rad), no variance below 0"
-        )
+        raise InputError("the pose's covariance is invalid: give a symmetric 6x6 matrix (t mm, r rad), no variance < 0")
     if not 0 < confidence < 1:
         raise InputError(f"the confidence of the pose is {confidence}: give one between 0 and 1")
     sigmas = float(np.sqrt(chdtri(6, 1 - confidence)))

@@ -17,9 +17,7 @@ from vision.scene import Scene, StoredScene
 RAY_OFFSET_MM = 0.1  # off the surface where a ray starts: with a tessellation of 0.05 mm as exact hidden lines
 SMOOTH_ANGLE = radians(20)  # faces that meet at less are smoothly joined: a blend, which shows as shading, no edge
 SAMPLE_SPACING_PX = 4.0  # px between the samples that are kept for the search
-COVERAGE_STEP_PX = (
-    3  # side of the square that a ray stands for; shares of parts that cover 400 px are good to about 5 %
-)
+COVERAGE_STEP_PX = 3  # side of the square that a ray stands for; shares of parts of 400 px are good to about 5 %
 COVERAGE_NEAR_MM = 1.0  # before the camera: triangles that reach nearer are tested against every ray
 
 

@@ -114,7 +114,7 @@ WITHIN = (*SET_APART, "open_slot", "rib", "step")  # of what is around: without 
 _NONE = -1
 _ANYTHING = 1 / (255 * 3.0)  # density of any grey with any texture
 FARTHEST = 4  # cells from a patch to what lies beside it
-MARGIN = 3  # cells around small patches that are looked at closer
+MARGIN, LARGEST = 3, 40  # cells around small patches that are looked at closer, and across them
 
 
 @dataclass(frozen=True)
@@ -143,9 +143,9 @@ def look_at_features(
 ) -> Appearance:
     """The appearance of all features and surfaces; samples: the rims of holes among others; greys (rows, columns),
     seen: by camera, in the rig's order."""
-    pieces = []
+    pieces, normal = [], find_normals(scene)
     for camera, (grey, shown) in enumerate(zip(greys, seen, strict=True)):
-        patches = _find_patches(items, samples.take(samples.camera == camera), grey, shown, scene, p)
+        patches = _find_patches(items, samples.take(samples.camera == camera), grey, shown, scene, normal, p)
         pieces.append((np.full(len(patches[0]), camera), *patches))
     camera_no, item, pixels, mean, around, like, odds, through = (np.concatenate(c) for c in zip(*pieces, strict=True))
     count = len(items)
@@ -171,10 +171,9 @@ _Columns = tuple[Ints, Floats, Floats, Floats, Floats, Floats, Floats]  # of App
 
 def _find_patches(
     items: Items, samples: Samples, grey: Bytes | Floats, shown: SurfaceMap, scene: Scene,
-    p: AppearanceParameters,
+    normal: Floats, p: AppearanceParameters,
 ) -> _Columns:  # fmt: skip
     """One camera's columns."""
-    normal = find_normals(scene)
     empty = ((shown.surface < 0) & (shown.rays.weight > 0)).astype(np.uint8)
     count, labels = cv2.connectedComponents(empty, connectivity=4, ltype=cv2.CV_32S)
     place = np.asarray(labels, np.int64)
@@ -309,6 +308,10 @@ def _look_closer(
 
     step, boxes = shown.rays.step, find_objects(patch + 1)
     box = np.array([[(y.start, x.start), (y.stop, x.stop)] for y, x in (boxes[k] for k in small.tolist())])
+    narrow = (box[:, 1] - box[:, 0]).max(axis=1) <= LARGEST  # else a sliver of a large one
+    small, box = small[narrow], box[narrow]
+    if not len(small):
+        return look
     low, high = step * np.maximum(box[:, 0] - MARGIN, 0), step * np.minimum(box[:, 1] + MARGIN, patch.shape)
     pixel = low[:, None, None] + np.moveaxis(np.indices((high - low).max(axis=0) + FARTHEST), 0, 2)
     inside = (pixel < high[:, None, None]).all(axis=3)
