@@ -181,9 +181,10 @@ def show(stranger: Stranger, folder: Path) -> None:
     if stranger.kind in CHANGES:
         found = list(changes(design, stranger.kind, rng))
         order = [found[i] for i in rng.permutation(len(found))]
+        order += [other for kind in CHANGES for other in changes(design, kind, np.random.default_rng(own_seed))]
         lengths = [edge_px(edges, change.reach, caster, view) for change, _ in order]
-        fit = (i for i, px in enumerate(lengths) if max(px.values()) >= LEAST_EDGE_PX and can_make(order[i][1]))
-        number = next(fit, 0)
+        rank = sorted(range(len(order)), key=lambda i: (i >= len(found), max(lengths[i].values()) < LEAST_EDGE_PX))
+        number = next(i for i in rank if can_make(order[i][1]))  # of another kind where the kernel can make none
         head["change"] = asdict(order[number][0]) | {"edge_px": lengths[number]}
         shown = components_of(order[number][1])
     elif stranger.kind == "stretched":

@@ -105,9 +105,8 @@ def finish_trial(trial: Trial, folder: Path, pictures: bool) -> None:
     """A committed variant with a drawn finish."""
     components = variant(trial.what)
     caster, rows = Caster(components), variant_features(trial.what)
-    view = first_credible(
-        partial(draw_bulkhead_view, trial.seed, trial.size, rows), lambda view: part_share(caster, view) > 0.45
-    )
+    drawn = partial(draw_bulkhead_view, trial.seed, trial.size, rows)
+    view = first_credible(drawn, lambda view: part_share(caster, view) > 0.45)
     head = {"model": model_file(trial.what).as_posix(), "model_variant": trial.what}
     write_trial(trial, folder, head, view, components, caster, bulkhead_scene(trial, components), pictures)
 
