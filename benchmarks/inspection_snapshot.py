@@ -46,11 +46,9 @@ def by_option() -> bool:
     return "--left" in run("inspect", "--help")
 
 
-def inspect(
-    store: Path, stem: Path, rig: Path, prior: Path | None, world: str, *, swap: bool = False
-) -> dict[str, Any]:
+def inspect(store: Path, stem: Path, rig: Path, prior: Path | None, at: str, *, swap: bool = False) -> dict[str, Any]:
     sides = dict(zip(("left", "right"), ("right", "left") if swap else ("left", "right"), strict=True))
-    given: list[object] = ["--rig", rig, "--world", world, *(("--prior", prior) if prior else ())]
+    given: list[object] = ["--rig", rig, "--world", at, *(("--prior", prior) if prior else ())]
     for camera, side in sides.items():
         picture = f"{stem}_{side}.png"
         given += [f"--{camera}", picture] if by_option() else [f"{camera}={picture}"]

@@ -180,9 +180,8 @@ def _pair(old: list[Any], new: list[Any]) -> dict[int, int]:
             seen[content] += 1
     found: dict[int, int] = {}  # by the old row's: one new row each
     for words in groups[0].keys() & groups[1].keys():
-        a, b = (
-            np.array([(0.0, *of[no][1]) for no in group[words]]) for of, group in zip((old, new), groups, strict=True)
-        )
+        both = zip((old, new), groups, strict=True)
+        a, b = (np.array([(0.0, *of[no][1]) for no in group[words]]) for of, group in both)
         near = np.asarray(cKDTree(a).query(b, p=np.inf)[1])
         close = np.isclose(a[near], b, CLOSE, CLOSE).all(axis=1)
         found |= {groups[0][words][near[at]]: groups[1][words][at] for at in np.flatnonzero(close)}

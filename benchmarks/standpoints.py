@@ -100,6 +100,11 @@ class Part:
         seen, true = (np.linalg.inv(it) @ np.append(self.middle, 1) for it in (pose, self.poses[name]))
         return float(np.linalg.norm(seen - true)), float(np.degrees(np.linalg.norm(d[3:])))
 
+    def off_in_frame(self, stated: Sequence[Floats], poses: Sequence[Floats]) -> float:
+        """How far off the middle lies by some poses in the frame of standpoints as they are stated, mm."""
+        seen = [it @ np.linalg.inv(pose) @ np.append(self.middle, 1) for it, pose in zip(stated, poses, strict=True)]
+        return float(np.linalg.norm(np.mean(seen, axis=0)[:3] - self.middle))
+
 
 def rendered(folder: Path, seed: int) -> Iterator[Part]:
     """The parts in a folder of renders, each with a file of its camera that errs."""
@@ -159,8 +164,8 @@ def measure(part: Part, sets: int, seed: int, told: dict[str, list[float]]) -> N
         alone: dict[str, tuple[Inspection, float]] = {}
         drawn = draw_sets(part, 4, sets, 15.0 if is_cube else 20.0, rng)
         for number, names in enumerate(drawn):
-            prior = part.prior(names[0], rng, folder)
-            answer, took = ask(stores[0], standpoints=part.standpoints(names, rng), prior=prior)
+            prior, stated = part.prior(names[0], rng, folder), part.standpoints(names, rng)
+            answer, took = ask(stores[0], standpoints=stated, prior=prior)
             off = np.inf, np.inf
             if answer.world_from_rig is not None and answer.covariance is not None:
                 off = part.off(names[0], answer.world_from_rig)
@@ -187,6 +192,11 @@ def measure(part: Part, sets: int, seed: int, told: dict[str, list[float]]) -> N
             if pose is not None and together is not None:
                 told["errors"].append(part.off(best, together)[0])
                 told["errors of the best picture"].append(part.off(best, pose)[0])
+                frame = [it["world_from_rig"] for it in stated]
+                whole = [it for it in answer.world_from_camera.values() if it is not None]
+                told["errors in their frame"].append(part.off_in_frame(frame, whole))
+                lone = part.off_in_frame([frame[names.index(best)]], [pose])
+                told["errors in their frame of the best picture"].append(lone)
             if number == 0:
                 told["processor time by that of the pictures"].append(took / sum(alone[name][1] for name in names))
             if number % 3 == 0:
@@ -226,7 +236,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     figures: dict[str, list[float]] = defaultdict(list)
     for part in (*rendered(folder, args.seed), cube(folder)):
         measure(part, args.sets, args.seed, figures)
-    medians = [float(np.median(figures.pop(name))) for name in ("errors", "errors of the best picture")]
+    kinds = [f"errors{where}{of}" for where in ("", " in their frame") for of in ("", " of the best picture")]
+    medians = [float(np.median(figures.pop(name))) for name in kinds]
     figures["error by that of the best picture"] = [medians[0] / medians[1]]
     rows, failed = [], False
     for name, (least, most) in LIMITS.items():
@@ -236,7 +247,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         failed |= not is_kept
         rows.append([name, round(value, 3), f"{least} to {most}", len(found), "" if is_kept else "beyond"])
     print(tabulate(rows, ["figure", "found", "limits", "of", ""]))
-    print(f"errors in the median: {medians[0]:.2f} mm, of the best picture {medians[1]:.2f} mm")
+    for where, together, best in (("", *medians[:2]), (" in the frame of the standpoints", *medians[2:])):
+        print(f"errors{where} in the median: {together:.2f} mm, of the best picture {best:.2f} mm")
     return int(failed)
 
 

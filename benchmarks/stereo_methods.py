@@ -109,9 +109,8 @@ def _segments(pair: RenderedPair) -> dict[str, int]:
         described.append(np.asarray(OPENCV.SIFT_create().compute(picture, keys)[1], np.float64))
     rectification = rectify(pair.rig)
     views = (rectification.first, rectification.second)
-    ends = [
-        rectification.points(v, lines.reshape(-1, 2)).reshape(-1, 2, 2) for v, lines in zip(views, found, strict=True)
-    ]
+    each = zip(views, found, strict=True)
+    ends = [rectification.points(v, lines.reshape(-1, 2)).reshape(-1, 2, 2) for v, lines in each]
     rows = [np.sort(end[..., 1], axis=1) for end in ends]
     shared = np.minimum(rows[0][:, None, 1], rows[1][:, 1]) - np.maximum(rows[0][:, None, 0], rows[1][:, 0])
     shorter = np.minimum(rows[0][:, None, 1] - rows[0][:, None, 0], rows[1][:, 1] - rows[1][:, 0])

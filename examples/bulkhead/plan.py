@@ -83,18 +83,16 @@ def outline(design: Design) -> Profile:
     ]
 
 
-def cell_profile(
-    design: Design, names: tuple[str, ...], radius: float, inset: float, grow: dict[str, float]
-) -> Profile:
+def cell_profile(design: Design, own: tuple[str, ...], radius: float, inset: float, grow: dict[str, float]) -> Profile:
     """The profile of the cell between the named walls (counter-clockwise; "CROWN" among them), corners of `radius`.
 
     Walls stand off their centre lines by half their thickness (edges by all of it), plus `inset`, less `grow`."""
     rim = inner_crown(design.crown_flange + inset)
-    curves = [None if n == "CROWN" else design.walls[n] for n in names]
-    count = len(names)
+    curves = [None if n == "CROWN" else design.walls[n] for n in own]
+    count = len(own)
     centre_lines = [_vertex(curves[i], curves[(i + 1) % count], rim) for i in range(count)]
     sides: list[tuple[Vector, Vector] | BSpline] = []
-    for i, (name, wall) in enumerate(zip(names, curves, strict=True)):
+    for i, (name, wall) in enumerate(zip(own, curves, strict=True)):
         if wall is None:
             sides.append(rim)
             continue
@@ -109,7 +107,7 @@ def cell_profile(
         side = sides[i]
         if isinstance(side, tuple):
             if (end - start) @ side[1] <= 0:
-                raise ValueError(f"no room for corner radius {radius} along {names[i]} in the cell {names}")
+                raise ValueError(f"no room for corner radius {radius} along {own[i]} in the cell {own}")
             profile.append(Line(start, end))
         else:
             profile.append(Graph(side, start[0], end[0]))

@@ -341,9 +341,8 @@ def left_alone(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspe
     elsewhere: the second line of a list, whose first names a picture that is not there.  The store has its arcs."""
 
     def begin(folder: Path) -> str:
-        (folder / "pairs.csv").write_text(
-            f"left,prior,serial\nnothing.png,,one\n{pair.left},{pair.prior_file},SN-0042\n"
-        )
+        lines = "left,prior,serial", "nothing.png,,one", f"{pair.left},{pair.prior_file},SN-0042", ""
+        (folder / "pairs.csv").write_text("\n".join(lines))
         return copied(inspection.store)(folder)
 
     def extract_again(*_: object) -> None:

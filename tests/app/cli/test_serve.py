@@ -151,9 +151,8 @@ def test_sizes_and_rigs_are_plotted_over_time(inspection: Inspection, copy_store
     """Those with limits first, with the limits as they were stated."""
     target, file = copy_store(inspection.store), tmp_path / "limits.csv"
     measured = "SELECT path, what, measured, run_id, nominal FROM characteristic_result WHERE measured IS NOT NULL"
-    *others, (path, what, value, run, nominal) = asked_of(
-        target, f"{measured} ORDER BY path LIKE '%/BODY/%', path, what"
-    )
+    measured += " ORDER BY path LIKE '%/BODY/%', path, what"
+    *others, (path, what, value, run, nominal) = asked_of(target, measured)
     file.write_text(f"path,what,nominal,plus,minus\n{path},{what},,0.5,0.25\n")
     assert main(["tolerances", str(file), "--store", target]) == 0
     with serving(target) as server:

@@ -294,13 +294,11 @@ class Patch:
         return np.mean(self.cells, axis=0) if self.cells else np.zeros(2)
 
 
-def patches_of(
-    whole: Ints, normal: Floats, look: Floats
-) -> tuple[dict[int, Patch], dict[tuple[int, int], list[Floats]]]:
+def patches_of(whole: Ints, ways: Floats, look: Floats) -> tuple[dict[int, Patch], dict[tuple[int, int], list[Floats]]]:
     """The patches, and for each pair of them what the other shows two and four cells beside the one."""
     rows, columns = whole.shape
     found = {
-        q: Patch([], np.zeros((0, 2)), np.append(normal, [[0.0, 0, 0]], axis=0)[min(q, len(normal))], q >= len(normal))
+        q: Patch([], np.zeros((0, 2)), np.append(ways, [[0.0, 0, 0]], axis=0)[min(q, len(ways))], q >= len(ways))
         for q in np.unique(whole).tolist()
     }
     clear = np.ones(whole.shape, bool)

@@ -109,9 +109,8 @@ def plane(value: list[float], spread: float, uneven: float = 0.0) -> DisparityPl
 
 def fit_one(points: Floats, planes: DisparityPlanes) -> Conics:
     ends = np.array([1]), np.array([len(points)])  # a point before and one behind do not belong to it
-    return fit_conics(
-        FLAT, np.vstack([[[9, 9]], points, [[1, 1]]]), *ends, planes, np.array([0]), DEFAULTS.triangulation
-    )
+    points = np.vstack([[[9, 9]], points, [[1, 1]]])
+    return fit_conics(FLAT, points, *ends, planes, np.array([0]), DEFAULTS.triangulation)
 
 
 def circle_on(value: Floats, points: Floats) -> Floats:
