@@ -46,10 +46,10 @@ def find_view_arcs(scene: Scene, camera: Camera, world_from_camera: Floats) -> V
     gap = np.diff(seen.sample, prepend=-BRIDGED_SAMPLES - 2) > BRIDGED_SAMPLES + 1
     first = (np.diff(seen.arc, prepend=-1) != 0) | (gap & ~silhouette)
     run = np.cumsum(first) - 1
-    strand = _strands(seen, np.flatnonzero(silhouette))
+    strand, place = _strands(seen, np.flatnonzero(silhouette))
     _, run = np.unique(np.stack([run, strand], axis=1), axis=0, return_inverse=True)
     run = run.ravel()
-    order = np.argsort(run, kind="stable")
+    order = np.lexsort((place, run))
     seen, run = seen.take(order), run[order]
     head = np.flatnonzero(np.diff(run, prepend=-1) != 0)
     is_silhouette = seen.arc[head] >= arcs
@@ -60,21 +60,28 @@ def find_view_arcs(scene: Scene, camera: Camera, world_from_camera: Floats) -> V
     return ViewArcs(kind, occurrence, element, np.bincount(run, seen.length_px).astype(float), seen, run)
 
 
-def _strands(seen: VisibleArcs, rows: Ints) -> Ints:
-    """For each sample which connected strand of its surface's silhouette it lies on; zero for the others."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
+def _strands(seen: VisibleArcs, rows: Ints) -> tuple[Ints, Ints]:
+    """For each sample which connected strand of its surface's silhouette it lies on, and its place along it; zero for
+    the others.  A silhouette comes triangle by triangle: its order is that of the shortest tree from an end of it."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components, depth_first_order, minimum_spanning_tree
     from scipy.spatial import cKDTree
 
-    out = np.zeros(len(seen.arc), np.int64)
+    out, place = np.zeros((2, len(seen.arc)), np.int64)
     if len(rows):
         # A third coordinate beyond any picture's size keeps the surfaces apart.
         at = np.column_stack([seen.pixel[rows], 1e6 * seen.arc[rows]])
         reach = 2.0 * np.maximum(float(seen.length_px[rows].max()), 1.0)
-        pairs = cKDTree(at).query_pairs(reach, output_type="ndarray")
-        graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(rows), len(rows)))
-        out[rows] = connected_components(graph, directed=False)[1]
-    return out
+        one, other = cKDTree(at).query_pairs(reach, output_type="ndarray").T
+        far = np.linalg.norm(at[one] - at[other], axis=1) + 1e-6  # none is no edge
+        tree = minimum_spanning_tree(coo_array((far, (one, other)), shape=(len(rows), len(rows))))
+        out[rows] = connected_components(tree, directed=False)[1]
+        at_end = np.bincount(np.concatenate(tree.nonzero()), minlength=len(rows)) <= 1
+        first = np.unique(2 * out[rows] + ~at_end, return_index=True)[1]  # of each strand an end, and another
+        starts = first[np.diff(out[rows][first], prepend=-1) != 0]
+        walks = [depth_first_order(tree, k, directed=False, return_predecessors=False) for k in starts.tolist()]
+        place[rows[np.concatenate(walks)]] = np.arange(len(rows))
+    return out, place
 
 
 def propagate_pose(refined: RefinedPose, camera: int, samples: VisibleArcs) -> Floats:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
+import trimesh
 
 from relmodel.arrays import Floats
 from relmodel.readers.mesh.shape import shape_from_triangles
@@ -93,6 +95,22 @@ def test_silhouette_of_a_cylinder() -> None:
     assert np.allclose(np.abs(s.tangent[:, 2]), 1, atol=1e-6)
     assert np.allclose(np.arctan2(np.abs(s.point[:, 1]), s.point[:, 0]), np.arccos(radius / 200), atol=0.02)
     assert s.length.sum() == pytest.approx(2 * height, rel=1e-6)
+
+
+def test_points_of_an_outline_follow_each_other() -> None:
+    """Of a ball, whose triangles come in any order."""
+    ball = trimesh.creation.icosphere(3, 30.0)
+    faces = np.random.default_rng(0).permutation(np.array(ball.faces))
+    whole = {
+        "vertices": np.array(ball.vertices),
+        "triangles": faces,
+        "triangle_surface": np.zeros(len(faces), np.int64),
+    }
+    scene = replace(cylinder(30.0, 1.0, 3), vertex_normals=whole["vertices"] / 30, **whole)
+    seen = find_view_arcs(scene, CAMERA, looking(np.array([300.0, 0, 50]), np.zeros(3))).samples
+    steps = np.linalg.norm(np.diff(seen.pixel, axis=0), axis=1)
+    assert len(steps) > 60
+    assert steps.max() < 3 * seen.length_px.max()
 
 
 def test_long_segments_of_a_silhouette_are_seen_all_along() -> None:
