@@ -34,10 +34,8 @@ LIMITS = {
 
 def tracked(*folders: str, ending: str = "") -> list[Path]:
     """What git tracks below some folders."""
-    listed = subprocess.run(
-        ["git", "ls-files", "-z", *folders], cwd=CHECKOUT, capture_output=True, check=True, text=True
-    )
-    files = (CHECKOUT / name for name in listed.stdout.split("\0") if name.endswith(ending) and name)
+    git = subprocess.run(["git", "ls-files", "-z", *folders], cwd=CHECKOUT, capture_output=True, check=True, text=True)
+    files = (CHECKOUT / name for name in git.stdout.split("\0") if name.endswith(ending) and name)
     return [file for file in files if file.is_file()]
 
 

@@ -81,9 +81,8 @@ class Part:
                 error += MOVED * way / np.linalg.norm(way)
             stated = self.poses[name] @ np.linalg.inv(perturb(np.eye(4), error * self.sigma))
             sigma = {"translation_mm": self.sigma[0], "rotation_deg": np.degrees(self.sigma[3])}
-            out.append(
-                {"name": name, "pictures": {"cam": self.pictures[name]}, "world_from_rig": stated, "sigma": sigma}
-            )
+            shown = {"name": name, "pictures": {"cam": self.pictures[name]}}
+            out.append(shown | {"world_from_rig": stated, "sigma": sigma})
         return out
 
     def prior(self, name: str, rng: np.random.Generator, folder: Path) -> Path:

@@ -71,9 +71,8 @@ def test_wheel_carries_data_and_two_packages_only(wheel: Path) -> None:
 def test_installed_wheel_runs_the_demonstration(installed: Path, tmp_path: Path) -> None:
     """In an empty folder, by its own code, whose kernels lie in the cache where those of equal text do everywhere."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "RELMODEL"))}
-    done = subprocess.run(
-        [installed / "python", "-c", RUN], cwd=tmp_path, env=environment, capture_output=True, text=True
-    )
+    call = [str(installed / "python"), "-c", RUN]
+    done = subprocess.run(call, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     said = done.stdout
     assert "verdict   pose usable; part as modelled" in said

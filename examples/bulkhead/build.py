@@ -105,9 +105,8 @@ def write_step(design: Design, shapes: dict[str, Shape], path: Path, missing: fr
         name(labels["CLIP_ASSEMBLY"], "CLIP_ASSEMBLY")
         name(tool.AddComponent(labels["CLIP_ASSEMBLY"], labels["CLIP"], TopLoc_Location()), "CLIP")
         for i, (u, v) in enumerate(CLIP_BOLTS):
-            component = tool.AddComponent(
-                labels["CLIP_ASSEMBLY"], labels["BOLT_M8"], _location((u, v, CLIP_THICKNESS), 0)
-            )
+            place = _location((u, v, CLIP_THICKNESS), 0)
+            component = tool.AddComponent(labels["CLIP_ASSEMBLY"], labels["BOLT_M8"], place)
             name(component, f"BOLT_{i + 1}")
     root = tool.NewShape()
     name(root, ROOT)

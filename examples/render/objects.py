@@ -59,9 +59,8 @@ def _bolts(rng: np.random.Generator) -> Made:
     """Bolts of the bulkhead on their heads, in a row."""
     count, pitch = int(rng.integers(3, 6)), float(_round(rng.uniform(22, 32)))
     upside = Rotation.from_euler("x", 180, degrees=True)
-    placed = [
-        (f"BOLT_{i + 1}", "BOLT_M8", rigid(upside, ((i - (count - 1) / 2) * pitch, 0.0, 7.1))) for i in range(count)
-    ]
+    along = [(i - (count - 1) / 2) * pitch for i in range(count)]
+    placed = [(f"BOLT_{i + 1}", "BOLT_M8", rigid(upside, (x, 0.0, 7.1))) for i, x in enumerate(along)]
     return {"BOLT_M8": bolt()}, placed
 
 

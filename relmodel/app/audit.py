@@ -89,9 +89,7 @@ def explain(
     if arc is not None:
         camera, _, number = arc.rpartition(":")
         if not camera or not number.isdigit():
-            raise UsageError(
-                f"the arc {arc} is not CAMERA:NUMBER: give the camera's name and the arc's number, as left:17"
-            )
+            raise UsageError(f"the arc {arc} is not CAMERA:NUMBER: give a camera and the number of an arc, as left:17")
         subject, asked = "arc", {"camera": camera, "arc": int(number), "path": ""}
     with store.read() as connection:
         asked["run"] = inspection_named(store, connection, name)

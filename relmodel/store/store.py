@@ -64,9 +64,7 @@ class Store(Database):
             if found not in known:
                 raise newer_store(store)
             if found != known[-1]:
-                raise StoreError(
-                    f"the store {store.name} is of an older version: run relmodel migrate --store {store.name}"
-                )
+                raise StoreError(f"the store {store.name} is older: run relmodel migrate --store {store.name}")
             _check_schema(store)
             if not read_only:
                 record_kept(store)

@@ -25,9 +25,8 @@ def arm(rng: np.random.Generator, kinds: str = "prrcfr") -> list[Joint]:
     out = []
     for i, kind in enumerate(kinds):
         axis = rng.normal(size=3)
-        out.append(
-            Joint(f"j{i}", named[kind], f"l{i}", f"l{i + 1}", axis / np.linalg.norm(axis), None, None, frame(rng))
-        )
+        axis /= np.linalg.norm(axis)
+        out.append(Joint(f"j{i}", named[kind], f"l{i}", f"l{i + 1}", axis, None, None, frame(rng)))
     return out
 
 

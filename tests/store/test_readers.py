@@ -115,7 +115,7 @@ def test_a_lock_is_removed_whose_writer_was_killed_just_after_its_run_ended(duck
     assert images(duckdb_file) == 1
 
 
-def test_the_log_of_a_killed_writer_is_taken_in_beside_a_reader(
+def test_the_log_of_a_killed_writer_is_taken_in_with_a_reader(
     duckdb_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its rows are there once, though the next one is killed before its copy is in place."""

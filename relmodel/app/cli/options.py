@@ -187,9 +187,7 @@ def read_pairs(file: Path, serial: str | None = None, **given: Path | None) -> l
     _check_columns(names, file)
     pairs = [_listed(dict(zip(names, cells, strict=False)), place, file.parent, serial, given) for place, cells in rows]
     if not pairs:
-        raise InputError(
-            f"the list {file} names no picture: give a line for those taken together, below the columns' names"
-        )
+        raise InputError(f"the list {file} names no picture: give a line for those taken together, below the names")
     return pairs
 
 

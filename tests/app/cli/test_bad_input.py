@@ -272,9 +272,7 @@ def test_what_is_no_file_or_may_never_end_is_not_read(
         ("find --camera NAME.yaml --at NAME.yaml", "File name too long"),
     ],
 )
-def test_what_cannot_be_done_is_told_first(
-    words: str, says: str, refuse: Refuse, blocks_pair: Pair, tmp_path: Path
-) -> None:
+def test_what_cannot_be_is_told_first(words: str, says: str, refuse: Refuse, blocks_pair: Pair, tmp_path: Path) -> None:
     status = 3 if "none" in words + says or says.startswith(("there", "has", "File")) else 2
     given = words.replace("PAIR", " ".join(blocks_pair.options())).replace("NAME", str(tmp_path / LONG))
     assert says in refuse(*given.split(), status=status)

@@ -77,9 +77,8 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
             record_rig(run, connection, rig)
             camera_id = int(connection.execute(store.table("camera").select()).one().id)
-        views = [
-            build_view_volume(lens, at, NEAR_TO_FAR) for lens in (camera, Camera(640, 480, MATRIX)) for at in poses
-        ]
+        lenses = camera, Camera(640, 480, MATRIX)
+        views = [build_view_volume(lens, at, NEAR_TO_FAR) for lens in lenses for at in poses]
         found = in_volumes(store, views)
     statements = []
     for pose in poses:

@@ -128,9 +128,8 @@ def test_pairs_give_poses_that_are_rigid_or_none_at_all() -> None:
     decided = np.isfinite(poses).all(axis=(1, 2, 3))
     np.testing.assert_array_equal(decided, ~(open_ | open_[shuffled]))
     rotation = poses[decided][..., :3, :3]
-    np.testing.assert_allclose(
-        rotation @ rotation.swapaxes(2, 3), np.broadcast_to(np.eye(3), rotation.shape), atol=1e-9
-    )
+    turned = rotation @ rotation.swapaxes(2, 3)
+    np.testing.assert_allclose(turned, np.broadcast_to(np.eye(3), rotation.shape), atol=1e-9)
     np.testing.assert_allclose(np.linalg.det(rotation), 1.0, atol=1e-9)
 
 

@@ -107,9 +107,8 @@ def touching(seed: int, count: int = 6) -> OsculatingCircles:
     rng = np.random.default_rng(seed)
     turn = rng.uniform(0, 2 * np.pi, count)
     curvature = np.where(np.arange(count) % 3 == 2, 0.0, rng.uniform(0.01, 0.05, count) * rng.choice([-1, 1], count))
-    variance = np.column_stack(
-        [rng.uniform(0.01, 0.1, count), rng.normal(0, 0.002, count), rng.uniform(1e-3, 4e-3, count)]
-    )
+    columns = rng.uniform(0.01, 0.1, count), rng.normal(0, 0.002, count), rng.uniform(1e-3, 4e-3, count)
+    variance = np.column_stack(columns)
     x, y = rng.uniform(90, 96, (2, count))
     return OsculatingCircles(x, y, np.cos(turn), np.sin(turn), curvature, variance)
 

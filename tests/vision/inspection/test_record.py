@@ -28,9 +28,8 @@ def poses(store: OpenStore, table: str, order: str, **keys: Any) -> Floats:
 
 def test_costs_add_up(done: Done) -> None:
     store, answer = done
-    found = rows(
-        store, "SELECT hypothesis_no, cost, distance, outline_evidence, evidence_ratio FROM hypothesis ORDER BY 1"
-    )
+    asked = "SELECT hypothesis_no, cost, distance, outline_evidence, evidence_ratio FROM hypothesis ORDER BY 1"
+    found = rows(store, asked)
     supports = rows(
         store,
         "SELECT hypothesis_no, sum(evidence), sum(found), sum(expected) FROM hypothesis_support GROUP BY 1 ORDER BY 1",

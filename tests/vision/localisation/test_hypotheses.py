@@ -306,9 +306,8 @@ def test_fields_are_joined_one_behind_the_other() -> None:
 def test_a_scan_finds_of_each_pose_the_turn_that_gathers_most() -> None:
     """Of a few poses of the sequence, against sums over the samples at each of 121 shifts of the pictures."""
     _, p, _ = world()
-    coarse = Fields(
-        build_evidence(replace(some_edges(k, 4000), high=np.array([633.0, 473])), 4.0, 6.0, 10) for k in (6, 7)
-    )
+    some = (replace(some_edges(k, 4000), high=np.array([633.0, 473])) for k in (6, 7))
+    coarse = Fields(build_evidence(it, 4.0, 6.0, 10) for it in some)
     rng = np.random.default_rng(4)
     half = rng.normal(size=(6, 6)) * np.repeat([9.0, 0.03], 3)[:, None]
     prior = Prior(np.eye(4), half @ half.T)

@@ -323,9 +323,8 @@ def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
     cameras: tuple[str, ...], shift: tuple[float, float]
 ) -> None:
     """A cube and a smaller block beside it, too few arcs for a consensus to part them when they are 2 px apart."""
-    scene = box_scene(
-        [(np.array([0.0, -40, 0]), np.full(3, 90.0)), (np.array([-140.0, -30, 0]), np.array([50.0, 40, 50]))]
-    )
+    boxes = (np.array([0.0, -40, 0]), np.full(3, 90.0)), (np.array([-140.0, -30, 0]), np.array([50.0, 40, 50]))
+    scene = box_scene([*boxes])
     rig, truth = stereo_rig().only(*cameras), above(-20, 0, 500)
     edges = draw_edges(scene, rig, truth, Errors(), np.random.default_rng(3))
     shift_bodies(edges, scene, rig, truth, [1], shift)

@@ -80,9 +80,8 @@ def check_occurrence(found: StoredScene, number: int, pose: Any, shape: int) -> 
     samples = np.isin(scene.sample_arc, arcs)
     for name, own in SAMPLES.items():
         moved = own[at] @ pose[:3, :3].T + (pose[:3, 3] if name == "points" else 0)
-        np.testing.assert_allclose(
-            getattr(scene, f"sample_{name.removesuffix('s').replace('s_', '_')}")[samples], moved
-        )
+        placed = getattr(scene, f"sample_{name.removesuffix('s').replace('s_', '_')}")
+        np.testing.assert_allclose(placed[samples], moved)
     lengths = []
     for line in np.split(SAMPLES["points"][at], [[2, 5], [5]][at]):
         step = np.linalg.norm(np.diff(line, axis=0), axis=1)

@@ -48,9 +48,8 @@ def test_equals_opencv_triangulation(points: Floats) -> None:
     theirs = np.asarray(cv2.triangulatePoints(first, second, rays["left"].T.copy(), rays["right"].T.copy()), float)
     left = rectified.points(rectified.first, seen["left"])
     right = rectified.points(rectified.second, seen["right"])
-    np.testing.assert_allclose(
-        rectified.triangulate(left, left[:, 0] - right[:, 0]), (theirs[:3] / theirs[3]).T, atol=1e-4
-    )
+    ours = rectified.triangulate(left, left[:, 0] - right[:, 0])
+    np.testing.assert_allclose(ours, (theirs[:3] / theirs[3]).T, atol=1e-4)
 
 
 def test_the_jacobian_is_the_derivative_of_triangulation() -> None:
