@@ -114,7 +114,7 @@ WITHIN = (*SET_APART, "open_slot", "rib", "step")  # of what is around: without 
 _NONE = -1
 _ANYTHING = 1 / (255 * 3.0)  # density of any grey with any texture
 FARTHEST = 4  # cells from a patch to what lies beside it
-MARGIN, LARGEST = 3, 40  # cells around small patches that are looked at closer, and across them
+MARGIN, ACROSS = 3, (0, 12, 40)  # cells around small patches that are looked at closer, and across such of like size
 
 
 @dataclass(frozen=True)
@@ -189,9 +189,9 @@ def _find_patches(
     look = _measure_patches(patch, len(kept), _sample(texture, shown.rays.pixel), shown.rays.step)
     bores = number[np.unique(items.surface[np.isin(items.kind, BORES)[items.member]])]
     small = bores[(bores != _NONE) & (np.append(look.cells, 0.0)[bores] < p.sure_cells)]
-    if len(small):
-        of_surface = number[:surfaces]
-        look = _look_closer(look, patch, small, of_surface, is_empty, shown, scene, texture, p.sure_cells)
+    for across in pairwise(ACROSS):
+        own = small, across, number[:surfaces], is_empty
+        look = _look_closer(look, patch, *own, shown, scene, texture, p.sure_cells)
 
     own = (np.array(items.level) != "part")[items.member]
     item = np.concatenate([items.member[own], hole[hole != _NONE]])
@@ -299,17 +299,17 @@ class _Patches:
 
 
 def _look_closer(
-    look: _Patches, patch: Ints, small: Ints, of_surface: Ints, is_empty: Bools, shown: SurfaceMap, scene: Scene,
-    texture: Floats, most_cells: float,
+    look: _Patches, patch: Ints, small: Ints, across: tuple[int, int], of_surface: Ints, is_empty: Bools,
+    shown: SurfaceMap, scene: Scene, texture: Floats, most_cells: float,
 ) -> _Patches:  # fmt: skip
-    """Patches, of which small ones (k,) and what lies beside them are measured pixel by pixel, in windows one below the
-    other.  patch (rows, columns): of each cell; of_surface (s,): of each surface; is_empty (q,): which show nothing."""
+    """Patches, of which small ones (k,), so many cells across, and what lies beside them are measured by pixels in
+    windows.  patch (rows, columns): of each cell; of_surface (s,): of each surface; is_empty (q,): showing nothing."""
     from scipy.ndimage import find_objects
 
     step, boxes = shown.rays.step, find_objects(patch + 1)
-    box = np.array([[(y.start, x.start), (y.stop, x.stop)] for y, x in (boxes[k] for k in small.tolist())])
-    narrow = (box[:, 1] - box[:, 0]).max(axis=1) <= LARGEST  # else a sliver of a large one
-    small, box = small[narrow], box[narrow]
+    box = np.array([[(y.start, x.start), (y.stop, x.stop)] for y, x in (boxes[k] for k in small.tolist())], int)
+    size = np.diff(box.reshape(-1, 2, 2), axis=1).max(axis=(1, 2))
+    small, box = (it[(size > across[0]) & (size <= across[1])] for it in (small, box))
     if not len(small):
         return look
     low, high = step * np.maximum(box[:, 0] - MARGIN, 0), step * np.minimum(box[:, 1] + MARGIN, patch.shape)
