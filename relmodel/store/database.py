@@ -250,7 +250,7 @@ class Database:
             said = getattr(error, "orig", None) or error
             words = str(said).strip().partition("\n")[0]
             if type(said).__name__ in ("InsufficientPrivilege", "ReadOnlySqlTransaction"):
-                raise StoreError(f"the store {self.name} denies this ({words}): use a role that may") from error
+                raise StoreError(f"the store {self.name} denies this ({words}): use a role with the right") from error
             ours = type(said).__module__.startswith(("duckdb", "_duckdb", "psycopg"))
             if not ours or not _FAILURES & {kind.__name__ for kind in type(said).__mro__}:
                 raise

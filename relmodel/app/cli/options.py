@@ -70,7 +70,7 @@ EVERY_VERB = (
     option("--quiet", action="store_true", help="print only data and errors: no messages, no progress"),
     option("--debug", action="store_true", help="print the traceback of an internal error"),
 )
-FORMAT = option("--format", choices=("table", "json", "csv"), default="table", help="how data prints (default: table)")
+FORMAT = option("--format", choices=("table", "json", "csv"), default="table", help="form of output (default: table)")
 ALL = option("--all", action="store_true", help="print all rows and columns of the table, however long and wide")
 WORLD = option("--world", metavar="NAME", help="the world, where the store has several")
 VARIANT = option("--variant", default="", help="its variant, where it has several")
@@ -187,7 +187,7 @@ def read_pairs(file: Path, serial: str | None = None, **given: Path | None) -> l
     _check_columns(names, file)
     pairs = [_listed(dict(zip(names, cells, strict=False)), place, file.parent, serial, given) for place, cells in rows]
     if not pairs:
-        raise InputError(f"the list {file} names no picture: give a line for those taken together, below the names")
+        raise InputError(f"the list {file} names no picture: give a line for those taken together, below the header")
     return pairs
 
 
